@@ -519,6 +519,166 @@ fn frames_that_are_repeated_or_missing_are_told_and_mended() {
     assert!(each(&campaign).all(|tracked| tracked.expect("a run").jumps.is_empty()));
 }
 
+/// Positions of a sphere, each frame as often as `times` says, and with so much noise of its own each time.
+fn seen_unevenly(
+    seen: &Seen,
+    camera: Camera,
+    own_noise: f64,
+    times: &dyn Fn(usize, &mut ChaCha8Rng) -> usize,
+    rng: &mut ChaCha8Rng,
+) -> String {
+    let mut rows = vec![];
+    for frame in 0..(seen.until * camera.frame_rate) as usize {
+        let height = seen.bounces.height(frame as f64 / camera.frame_rate);
+        let row = PLATE_ROW - camera.scale * height + camera.noise * normal(rng);
+        for _ in 0..times(frame, rng) {
+            rows.push(row + own_noise * normal(rng));
+        }
+    }
+    frames(rows.into_iter())
+}
+
+/// Cameras of common rates, with the pixels that they have for a sphere.
+fn cameras() -> [Camera; 3] {
+    let of = |frame_rate, scale, noise| Camera {
+        frame_rate,
+        scale,
+        noise,
+        ..CAMERA
+    };
+    [
+        of(1000.0, 20_000.0, 0.5),
+        of(240.0, 5_000.0, 0.2),
+        of(60.0, 2_000.0, 0.2),
+    ]
+}
+
+/// Tracks drops at a scale that nobody measured: no gravity contradicts a wrong frame rate.
+fn unevenly_tracked(
+    seen: &[Seen],
+    camera: Camera,
+    own_noise: f64,
+    times: &dyn Fn(usize, &mut ChaCha8Rng) -> usize,
+    rng: &mut ChaCha8Rng,
+) -> Campaign {
+    let folder = Folder::new();
+    let mut lines = String::new();
+    for (place, seen) in seen.iter().enumerate() {
+        folder.write(
+            &format!("drop{place}.csv"),
+            seen_unevenly(seen, camera, own_noise, times, rng),
+        );
+        lines.push_str(&format!("drop{place}.csv,PTFE,dry,4.762,,{}\n", camera.frame_rate));
+    }
+    listed(&folder, "", &lines)
+}
+
+/// Recordings that are refused for their frames, and used ones whose speeds are off by more than four standard deviations and
+/// a frame that is missing at the contact, where no flight shows it.
+fn refused_and_wrong(campaign: &Campaign, seen: &[Seen], camera: Camera) -> [usize; 2] {
+    let shared = campaign.gravity.shared_error().unwrap_or(0.0);
+    let at_contact = GRAVITY / camera.frame_rate;
+    let (mut refused, mut wrong) = (0, 0);
+    for (outcome, seen) in campaign.outcomes.iter().zip(seen) {
+        match &outcome.tracked {
+            Err(reason) => refused += usize::from(*reason == Refusal::Uneven),
+            Ok(tracked) => {
+                let impact = &tracked.impacts[0];
+                let errors = speed_errors(&impact.speeds, seen);
+                let known = |sd: f64| 4.0 * sd.hypot(shared * seen.bounces.impact_speed) + at_contact;
+                let is_wrong = errors.iter().any(|[error, sd]| error.abs() > known(*sd));
+                wrong += usize::from(is_wrong && impact.verdict.is_none());
+            }
+        }
+    }
+    [refused, wrong]
+}
+
+#[test]
+fn frames_that_are_often_repeated_or_missing_give_no_wrong_speeds() {
+    const DROPS: usize = 10;
+    let mut rng = rng_of("frames_that_are_often_repeated_or_missing_give_no_wrong_speeds");
+    let (mut tracked, mut all_wrong) = (0, 0);
+    for camera in &cameras()[..2] {
+        let is_fast = camera.frame_rate > 500.0;
+        let seen = drops(DROPS, &mut rng);
+        let mut count = |times: &dyn Fn(usize, &mut ChaCha8Rng) -> usize, own_noise: f64| {
+            let campaign = unevenly_tracked(&seen, *camera, own_noise, times, &mut rng);
+            let [refused, wrong] = refused_and_wrong(&campaign, &seen, *camera);
+            tracked += DROPS;
+            all_wrong += wrong;
+            refused
+        };
+        for own_noise in [0.0, 0.5 * camera.noise] {
+            for every in 2..=10 {
+                let often = |times: usize| {
+                    move |frame: usize, _: &mut ChaCha8Rng| if frame % every == every - 1 { times } else { 1 }
+                };
+                let refused = count(&often(2), own_noise);
+                assert!(!is_fast || refused >= DROPS - 2, "repeated every {every}: {refused}");
+                // every other frame alone shows nothing of those between
+                if every > 2 {
+                    let refused = count(&often(0), own_noise);
+                    let is_told = is_fast && (5..9).contains(&every);
+                    assert!(!is_told || refused >= DROPS - 3, "missing every {every}: {refused}");
+                }
+            }
+            for share in [0.05, 0.1, 0.2] {
+                for times in [0, 2] {
+                    let at_random = |_: usize, rng: &mut ChaCha8Rng| if rng.random_bool(share) { times } else { 1 };
+                    count(&at_random, own_noise);
+                }
+            }
+        }
+        // the planted fault: right recordings, none of which is refused
+        assert_eq!(count(&|_, _| 1, 0.0), 0, "{camera:?}");
+    }
+    // where one in three is missing, moves of one and of two frames alternate, which noise can hide
+    assert!(25 * all_wrong < tracked, "{all_wrong} of {tracked}");
+}
+
+/// Slow and resting spheres, many bounces, whole pixels: nothing of them looks like frames that are repeated or missing.
+#[test]
+fn right_recordings_are_not_said_to_lack_frames() {
+    let mut rng = rng_of("right_recordings_are_not_said_to_lack_frames");
+    let cameras = cameras();
+    let mut used = 0;
+    for round in 0..60 {
+        let camera = Camera {
+            frame_rate: [60.0, 120.0, 240.0, 1000.0, 4000.0, 10_000.0][round % 6],
+            ..cameras[round % 3]
+        };
+        let grid = [1.0, 0.1, 1e-6][round / 6 % 3];
+        let bounces = fall(
+            rng.random_range(0.1..0.3),
+            rng.random_range(0.2..1.5),
+            rng.random_range(0.0..0.85),
+        );
+        let until = bounces.second_contact() + rng.random_range(-0.002..0.3);
+        let row = |frame: usize| {
+            let time = frame as f64 / camera.frame_rate;
+            PLATE_ROW - camera.scale * bounces.height(time) + camera.noise * normal(&mut rng)
+        };
+        let rows = (0..(until * camera.frame_rate) as usize).map(row);
+        let folder = Folder::new();
+        folder.write("drop.csv", frames(rows.map(|row| (row / grid).round() * grid)));
+        let campaign = listed(
+            &folder,
+            "",
+            &format!("drop.csv,PTFE,dry,4.762,,{}\n", camera.frame_rate),
+        );
+        match &campaign.outcomes[0].tracked {
+            Err(reason) => assert_ne!(*reason, Refusal::Uneven, "{round}"),
+            Ok(tracked) => {
+                let verdict = tracked.impacts[0].verdict.as_deref().unwrap_or_default();
+                verdict.lacks("repeated or missing");
+                used += usize::from(verdict.is_empty());
+            }
+        }
+    }
+    assert!(used > 30, "{used}");
+}
+
 /// Tracks drops that are seen over three contacts, of which the first lacks so many frames.
 fn lost_at_the_contact(lost: i32, rng: &mut ChaCha8Rng) -> (Vec<Seen>, Folder, Campaign) {
     let mut seen = drops(40, rng);

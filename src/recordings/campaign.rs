@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::contacts::{Contact, NoContact};
+use super::contacts::{Contact, Refusal};
 use super::flights::Flights;
 use super::gravity::{is_off, shared, Gravity, GRAVITY};
 use super::impact::ContactSpeeds;
@@ -129,42 +129,6 @@ pub struct Outcome {
     pub tracked: Result<Tracked, Refusal>,
 }
 
-/// Why a recording gives no run.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Refusal {
-    /// the list leaves it out, for this reason
-    Excluded(String),
-    /// it cannot be read, for this reason
-    Unread(String),
-    /// of what it shows
-    Shows(NoContact),
-}
-
-impl From<NoContact> for Refusal {
-    fn from(what: NoContact) -> Refusal {
-        Refusal::Shows(what)
-    }
-}
-
-impl Refusal {
-    /// As a reason in a table says it.
-    pub fn words(&self) -> &str {
-        match self {
-            Refusal::Excluded(reason) | Refusal::Unread(reason) => reason,
-            Refusal::Shows(what) => what.words(),
-        }
-    }
-
-    /// Whether it cannot be read, or nothing falls in it, so that it cannot be what was meant.
-    pub fn is_mistake(&self) -> bool {
-        use NoContact::{BendsUpwards, FallsUpwards, NeverFalls};
-        matches!(
-            self,
-            Refusal::Unread(_) | Refusal::Shows(NeverFalls | FallsUpwards | BendsUpwards)
-        )
-    }
-}
-
 /// The gravity of the recordings that share a kind of scale, of those whose own agrees with [`GRAVITY`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GravityCheck {
@@ -207,13 +171,13 @@ pub(super) fn analyse(
     shown: Vec<Result<Shown, Refusal>>,
     all_rebounds: bool,
 ) -> (Vec<Outcome>, GravityCheck) {
-    let begun = recordings.iter().zip(&shown).map(|(recording, shown)| match shown {
-        Ok(shown) => Underway::of(recording, shown, all_rebounds),
-        Err(refusal) => Err(refusal.clone()),
-    });
+    let begun = recordings
+        .iter()
+        .zip(&shown)
+        .map(|(recording, shown)| Underway::of(recording, shown.as_ref().map_err(Refusal::clone)?, all_rebounds));
     let mut underway: Vec<Result<Underway, Refusal>> = begun.collect();
     let check = settle(&mut underway);
-    let tracked = underway.into_iter().map(|of| of.and_then(|of| finish(&of, check)));
+    let tracked = underway.into_iter().map(|of| finish(&of?, check));
     let tracked: Vec<Result<Tracked, Refusal>> = tracked.collect();
     let outcomes = recordings.into_iter().zip(shown).zip(tracked);
     let outcomes = outcomes.map(|((recording, shown), tracked)| Outcome {
@@ -306,11 +270,11 @@ fn gravity_for(of: &Underway, check: GravityCheck) -> Option<Gravity> {
 }
 
 fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, Refusal> {
-    let gravity = gravity_for(of, check).ok_or(NoContact::NeverFalls)?;
+    let gravity = gravity_for(of, check).ok_or(Refusal::NeverFalls)?;
     let flights = &of.flights;
     let mut met = flights.met(gravity);
     met.retain(|(contact, _)| flights.has_frames(*contact));
-    let (first, at) = met.first().copied().ok_or(NoContact::Unclear)?;
+    let (first, at) = met.first().copied().ok_or(Refusal::Unclear)?;
     let impacts = met.iter().map(|(contact, speeds)| {
         let stuck = contact.rebound().is_none();
         let lost = 2.0 * gravity.value * of.recording.film;
@@ -336,6 +300,7 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, Refusal> {
                 .or_else(|| of.unseen_verdict(*speeds))
                 .or_else(|| of.contact_verdict(*contact, *speeds))
                 .or_else(|| of.run_verdict(*contact, *speeds))
+                .or_else(|| of.scatter_verdict(*speeds))
                 .or_else(|| too_far_apart(apart?, share)),
         }
     });
@@ -396,7 +361,7 @@ impl Underway<'_> {
         let scale = scale(recording, shown);
         let flights = Flights::of(shown.track.clone(), all_rebounds).map_err(|reason| match reason {
             // frames have their ground below whatever the list says of tables
-            NoContact::FallsUpwards if shown.diameter.is_some() => NoContact::BendsUpwards,
+            Refusal::FallsUpwards if shown.diameter.is_some() => Refusal::BendsUpwards,
             other => other,
         })?;
         Ok(Underway {
@@ -414,11 +379,11 @@ impl Underway<'_> {
 
     /// Fits its flights anew, with the gravity that is known by now.
     fn refine(&mut self, check: GravityCheck) -> Result<(), Refusal> {
-        let gravity = gravity_for(self, check).ok_or(NoContact::NeverFalls)?;
+        let gravity = gravity_for(self, check).ok_or(Refusal::NeverFalls)?;
         let recording = self.recording;
         // lengths are metres from here on
         self.flights.air = recording.density.map(|density| recording.in_air(density));
-        Ok(self.flights.refine(gravity, recording.film)?)
+        self.flights.refine(gravity, recording.film)
     }
 
     /// Whether the sphere can be as wide as its scale says: wider than its positions scatter, and as the frames show it.
@@ -543,6 +508,29 @@ impl Underway<'_> {
         let most = if flights.jumps.is_empty() { OTHERS } else { 0 };
         (left > most).then(|| {
             format!("{left} positions beside its contact fit neither flight: frames are missing or repeated there")
+        })
+    }
+
+    /// Whether positions may scatter as they do about its flights. Where moves are too few to tell frames that are repeated or
+    /// missing, these leave a good part of a move, and more than a tracker errs by.
+    fn scatter_verdict(&self, speeds: ContactSpeeds) -> Option<String> {
+        /// of a move from frame to frame
+        const OF_MOVE: f64 = 0.07;
+        /// of the diameter
+        const OF_WIDTH: f64 = 0.03;
+        /// times what rounding leaves
+        const OF_ROUNDING: f64 = 3.0;
+        let flights = &self.flights;
+        let of_move = flights.sigma / (speeds.impact_speed * flights.track.frame_time());
+        let of_width = flights.sigma / self.recording.diameter;
+        let is_wide = of_move > OF_MOVE && of_width > OF_WIDTH;
+        (!flights.is_timed && is_wide && flights.sigma > OF_ROUNDING * flights.track.rounding()).then(|| {
+            format!(
+                "positions scatter about its flights by {} mm, {} times what a frame moves the sphere by: some frames are repeated \
+                 or missing, or another thing was tracked",
+                significant(millimetres(flights.sigma), 2),
+                significant(of_move, 2)
+            )
         })
     }
 

@@ -31,9 +31,13 @@ impl Contact {
     }
 }
 
-/// Why a track gives no run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoContact {
+/// Why a recording gives no run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Refusal {
+    /// the list leaves it out, for this reason
+    Excluded(String),
+    /// it cannot be read, for this reason
+    Unread(String),
     /// there is no flight in it
     NeverFalls,
     /// positions bend upwards wherever they bend: their axis points the other way
@@ -61,7 +65,7 @@ pub(super) fn contacts(
     track: &Track,
     segments: &[Segment],
     (sigma, all): (f64, bool),
-) -> Result<Vec<Contact>, NoContact> {
+) -> Result<Vec<Contact>, Refusal> {
     let flights: Vec<usize> = (0..segments.len())
         .filter(|place| segments[*place].kind == Kind::Flight)
         .collect();
@@ -70,9 +74,9 @@ pub(super) fn contacts(
         .filter(|place| segments[*place].kind == Kind::Other && segments[*place].parabola.bends_upwards(sigma))
         .collect();
     if frames(&upwards) > frames(&flights) {
-        return Err(NoContact::FallsUpwards);
+        return Err(Refusal::FallsUpwards);
     }
-    let first = flights.first().ok_or(NoContact::NeverFalls)?;
+    let first = flights.first().ok_or(Refusal::NeverFalls)?;
     // a sphere that was let go just now, so many frames ago, may seem to rise a little
     const LET_GO: f64 = 0.1;
     const SOON: f64 = 10.0;
@@ -89,13 +93,13 @@ pub(super) fn contacts(
             .map_or(&[][..], |place| &track.heights[..*place]);
         let falls = matches!(before, [top, .., last] if top > last);
         return Err(match before.len() {
-            _ if !falls => NoContact::BeginsRising,
-            0..=LEAST_FRAMES => NoContact::ShortFall,
-            _ => NoContact::NoFall,
+            _ if !falls => Refusal::BeginsRising,
+            0..=LEAST_FRAMES => Refusal::ShortFall,
+            _ => Refusal::NoFall,
         });
     }
     let mut found = vec![];
-    let mut why = NoContact::EndsBefore;
+    let mut why = Refusal::EndsBefore;
     for (place, before) in flights.iter().enumerate() {
         let next = flights.get(place + 1).copied();
         match after(segments, *before, next) {
@@ -113,11 +117,11 @@ pub(super) fn contacts(
 }
 
 /// What follows a flight.
-fn after(segments: &[Segment], before: usize, next: Option<usize>) -> Result<After, NoContact> {
+fn after(segments: &[Segment], before: usize, next: Option<usize>) -> Result<After, Refusal> {
     let falling = &segments[before].parabola;
     let end = falling.ends[1];
     if falling.velocity(end) >= 0.0 {
-        return Err(NoContact::Unclear);
+        return Err(Refusal::Unclear);
     }
     let rest = (before + 1..segments.len()).find(|place| segments[*place].kind == Kind::Rest);
     let rebound = next.filter(|next| rest.is_none_or(|rest| *next < rest));
@@ -129,36 +133,43 @@ fn after(segments: &[Segment], before: usize, next: Option<usize>) -> Result<Aft
         return if rising.velocity(start) > 0.0 && jump > 0.0 {
             Ok(After::Flight(next))
         } else if rising.velocity(start) < 0.0 {
-            Err(NoContact::Torn)
+            Err(Refusal::Torn)
         } else {
-            Err(NoContact::Unclear)
+            Err(Refusal::Unclear)
         };
     }
     match rest {
         Some(rest) => Ok(After::Rest(rest)),
-        None if before + 1 < segments.len() => Err(NoContact::Unclear),
-        None => Err(NoContact::EndsBefore),
+        None if before + 1 < segments.len() => Err(Refusal::Unclear),
+        None => Err(Refusal::EndsBefore),
     }
 }
 
-impl NoContact {
+impl Refusal {
     /// As a reason in a table says it.
-    pub fn words(self) -> &'static str {
+    pub fn words(&self) -> &str {
         match self {
-            NoContact::NeverFalls => "nothing falls in it",
-            NoContact::FallsUpwards => "it falls upwards: y_axis is the other one",
-            NoContact::BendsUpwards => "what moves in its frames is accelerated upwards: the ground must be below",
-            NoContact::ShortFall => "fewer than five frames of the fall are seen before the sphere rises",
-            NoContact::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven, or the air \
+            Refusal::Excluded(reason) | Refusal::Unread(reason) => reason,
+            Refusal::NeverFalls => "nothing falls in it",
+            Refusal::FallsUpwards => "it falls upwards: y_axis is the other one",
+            Refusal::BendsUpwards => "what moves in its frames is accelerated upwards: the ground must be below",
+            Refusal::ShortFall => "fewer than five frames of the fall are seen before the sphere rises",
+            Refusal::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven, or the air \
                                 bends the flight of a light sphere",
-            NoContact::Uneven => "more than one frame in twelve is repeated or missing: its frame rate is not known",
-            NoContact::NoFall => {
+            Refusal::Uneven => "more than one frame in twelve is repeated or missing: its frame rate is not known",
+            Refusal::NoFall => {
                 "it begins with a rise, and the frames before it show no free fall: they scatter too much, or some are repeated or \
                  missing"
             }
-            NoContact::BeginsRising => "it begins with a sphere that rises, after a first impact that was not seen",
-            NoContact::EndsBefore => "it ends before the sphere has rebounded",
-            NoContact::Unclear => "what follows the impact is neither a flight of five frames nor a sphere at rest",
+            Refusal::BeginsRising => "it begins with a sphere that rises, after a first impact that was not seen",
+            Refusal::EndsBefore => "it ends before the sphere has rebounded",
+            Refusal::Unclear => "what follows the impact is neither a flight of five frames nor a sphere at rest",
         }
+    }
+
+    /// Whether it cannot be read, or nothing falls in it, so that it cannot be what was meant.
+    pub fn is_mistake(&self) -> bool {
+        use Refusal::{BendsUpwards, FallsUpwards, NeverFalls, Unread};
+        matches!(self, Unread(_) | NeverFalls | FallsUpwards | BendsUpwards)
     }
 }

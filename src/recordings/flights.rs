@@ -1,12 +1,12 @@
 //! Fits the flights of one recording: which frames belong to each, and the speeds where two of them meet.
 
 use super::air::{SphereInAir, DRAG_REL_SD};
-use super::contacts::{contacts, After, Contact, NoContact};
+use super::contacts::{contacts, After, Contact, Refusal};
 use super::gravity::Gravity;
 use super::impact::{rebound, stayed, ContactSpeeds, Level};
 use super::parabola::{Kind, Parabola, LEAST_FRAMES};
 use super::segments::{segments, Segment};
-use super::timing::{on_time, Jump};
+use super::timing::{on_time, uneven_share, Jump, MOST_UNEVEN};
 use super::track::Track;
 
 /// A track with its flights and contacts.
@@ -21,23 +21,26 @@ pub(super) struct Flights {
     pub air: Option<SphereInAir>,
     /// frames that were repeated or are missing
     pub jumps: Vec<Jump>,
+    /// whether frequent ones would have been seen
+    pub is_timed: bool,
 }
-
-/// Share of frames that may be repeated or missing: of more, nobody knows which rate the others have.
-const MOST_UNEVEN: f64 = 0.08;
 
 /// Frames whose exposure may hold the contact, to each side, in frames.
 const EXPOSED: f64 = 0.5;
 
 impl Flights {
     /// Of a track in any unit of length.
-    pub fn of(track: Track, all: bool) -> Result<Flights, NoContact> {
-        let sigma = track.noise().ok_or(NoContact::NeverFalls)?;
+    pub fn of(track: Track, all: bool) -> Result<Flights, Refusal> {
+        let sigma = track.noise().ok_or(Refusal::NeverFalls)?;
+        let share = uneven_share(&track);
+        if share.is_some_and(|share| share > MOST_UNEVEN) {
+            return Err(Refusal::Uneven);
+        }
         let frames = track.times.len() as f64;
         let (track, jumps) = on_time(track, sigma);
         let uneven: i32 = jumps.iter().map(|jump| jump.missing.abs()).sum();
         if f64::from(uneven) > MOST_UNEVEN * frames {
-            return Err(NoContact::Uneven);
+            return Err(Refusal::Uneven);
         }
         let segments = segments(&track, sigma);
         let contacts = contacts(&track, &segments, (sigma, all))?;
@@ -48,6 +51,7 @@ impl Flights {
             contacts,
             air: None,
             jumps,
+            is_timed: share.is_some(),
         })
     }
 
@@ -56,7 +60,7 @@ impl Flights {
         let track = self.track.over(scale);
         let mut flights = self.clone();
         for segment in &mut flights.segments {
-            segment.parabola = Parabola::through(&track, &segment.frames).unwrap_or(segment.parabola);
+            segment.parabola = Parabola::through(&track.points(&segment.frames)).unwrap_or(segment.parabola);
         }
         Flights {
             sigma: self.sigma / scale,
@@ -73,21 +77,14 @@ impl Flights {
     /// A flight as it would be without air: what the air takes is taken off from an instant on, before and after.
     pub fn fit(&self, place: usize, instant: f64) -> Parabola {
         let segment = &self.segments[place];
-        let seen = segment.parabola;
-        let without_air = self.air.and_then(|sphere| {
-            let acceleration = seen.acceleration();
-            let velocity = seen.velocity_under(acceleration, instant);
-            let mut track = Track::default();
-            for frame in &segment.frames {
-                let t = self.track.times[*frame];
-                track.times.push(t);
-                let moved = sphere.moved(t - instant, velocity, -acceleration);
-                track.heights.push(self.track.heights[*frame] - moved);
-            }
-            let all: Vec<usize> = (0..track.times.len()).collect();
-            Parabola::through(&track, &all)
-        });
-        without_air.unwrap_or(seen)
+        if self.air.is_none() {
+            return segment.parabola;
+        }
+        let mut points = self.track.points(&segment.frames);
+        for (t, y) in &mut points {
+            *y -= self.moved_by_air(place, instant, *t);
+        }
+        Parabola::through(&points).unwrap_or(segment.parabola)
     }
 
     /// The same from the middle of its frames on.
@@ -112,16 +109,15 @@ impl Flights {
         let fit = self.fit_from_middle(place);
         let residual = |frame: &usize| {
             let t = self.track.times[*frame];
-            self.track.heights[*frame] - self.moved_by_air(place, t) - fit.height_under(-gravity.value, t)
+            self.track.heights[*frame] - self.moved_by_air(place, fit.time, t) - fit.height_under(-gravity.value, t)
         };
         self.segments[place].frames.iter().map(residual).collect()
     }
 
-    /// By how much the air has moved a flight at a time, from the middle of its frames on.
-    fn moved_by_air(&self, place: usize, t: f64) -> f64 {
+    /// By how much the air has moved a flight at a time, from an instant on.
+    fn moved_by_air(&self, place: usize, instant: f64, t: f64) -> f64 {
         let seen = &self.segments[place].parabola;
-        let velocity = seen.velocity(seen.time);
-        let moved = |sphere: SphereInAir| sphere.moved(t - seen.time, velocity, -seen.acceleration());
+        let moved = |sphere: SphereInAir| sphere.moved(t - instant, seen.velocity(instant), -seen.acceleration());
         self.air.map_or(0.0, moved)
     }
 
@@ -235,7 +231,7 @@ impl Flights {
     }
 
     /// Gives each flight the frames that are its own. Then what rose no higher than the film stayed.
-    pub fn refine(&mut self, gravity: Gravity, film: f64) -> Result<(), NoContact> {
+    pub fn refine(&mut self, gravity: Gravity, film: f64) -> Result<(), Refusal> {
         self.take_own_frames(gravity, film);
         self.settle(gravity, film)
     }
@@ -249,7 +245,7 @@ impl Flights {
             let to = met.iter().find(|(contact, _)| contact.before == place);
             let ends = [from, to].map(|met| met.map(|(_, speeds)| *speeds));
             let frames = self.own_frames(place, gravity, ends, film);
-            if let Some(parabola) = Parabola::through(&self.track, &frames) {
+            if let Some(parabola) = Parabola::through(&self.track.points(&frames)) {
                 self.segments[place].frames = frames;
                 self.segments[place].parabola = parabola;
             }
@@ -289,7 +285,7 @@ impl Flights {
             if t < start || t > end {
                 return false;
             }
-            let expected = fit.height_under(-gravity.value, t) + self.moved_by_air(place, t);
+            let expected = fit.height_under(-gravity.value, t) + self.moved_by_air(place, fit.time, t);
             let x = t - fit.time;
             let leverage = 1.0 + 1.0 / fit.frames as f64 + x * x / fit.sum_of_squares;
             expected > floor && (self.track.heights[*frame] - expected).abs() < FAR * scatter * leverage.sqrt()
@@ -298,7 +294,7 @@ impl Flights {
     }
 
     /// What rebounded no higher than the film stayed; what rested only after a rise out of it did not.
-    fn settle(&mut self, gravity: Gravity, film: f64) -> Result<(), NoContact> {
+    fn settle(&mut self, gravity: Gravity, film: f64) -> Result<(), Refusal> {
         /// standard deviations of a position above the film
         const ABOVE: f64 = 6.0;
         /// of all heights: pictures of a video that hardly change are corrected now and then
@@ -325,7 +321,7 @@ impl Flights {
                     let lowest = |row: &[f64]| row.iter().copied().fold(f64::INFINITY, f64::min) - level;
                     let highest = rows.map(lowest).fold(0.0, f64::max);
                     if highest > film + scatter {
-                        return Err(NoContact::Unclear);
+                        return Err(Refusal::Unclear);
                     }
                 }
                 _ => {}

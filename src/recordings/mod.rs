@@ -33,10 +33,8 @@ mod track;
 mod write;
 
 pub use air::SphereInAir;
-pub use campaign::{
-    FreeFlight, GravityCheck, ImageScale, Impact, Outcome, Refusal, ScaleSource, Shown, Tracked, APART_SINCE,
-};
-pub use contacts::NoContact;
+pub use campaign::{FreeFlight, GravityCheck, ImageScale, Impact, Outcome, ScaleSource, Shown, Tracked, APART_SINCE};
+pub use contacts::Refusal;
 pub use gravity::{Gravity, FAR, GRAVITY, OFF};
 pub use impact::ContactSpeeds;
 pub use list::{Axis, Recording};

@@ -1,7 +1,5 @@
 //! Fits a parabola through frames of a track, and says what it shows.
 
-use super::track::Track;
-
 /// What a segment shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -46,15 +44,14 @@ pub(super) struct Parabola {
 }
 
 impl Parabola {
-    /// Through these frames; `None` of none.
-    pub fn through(track: &Track, frames: &[usize]) -> Option<Parabola> {
-        let count = frames.len() as f64;
-        let ends = [track.times[*frames.first()?], track.times[*frames.last()?]];
-        let points = || frames.iter().map(|frame| (track.times[*frame], track.heights[*frame]));
-        let time = points().map(|(t, _)| t).sum::<f64>() / count;
-        let mean = points().map(|(_, y)| y).sum::<f64>() / count;
+    /// Through points of a time and a height; `None` of none.
+    pub fn through(points: &[(f64, f64)]) -> Option<Parabola> {
+        let count = points.len() as f64;
+        let ends = [points.first()?.0, points.last()?.0];
+        let time = points.iter().map(|(t, _)| t).sum::<f64>() / count;
+        let mean = points.iter().map(|(_, y)| y).sum::<f64>() / count;
         let (mut second, mut third, mut straight) = (0.0, 0.0, 0.0);
-        for (t, y) in points() {
+        for (t, y) in points {
             let x = t - time;
             second += x * x;
             third += x * x * x;
@@ -72,17 +69,18 @@ impl Parabola {
             of_acceleration: 0.0,
             with_heights: 0.0,
             squares: 0.0,
-            frames: frames.len(),
+            frames: points.len(),
             ends,
         };
-        for (t, y) in points() {
-            let q = found.bend_at(t);
+        for (t, y) in points {
+            let q = found.bend_at(*t);
             found.of_acceleration += q * q;
             found.with_heights += q * (y - mean);
         }
         let acceleration = found.acceleration();
-        found.squares = points()
-            .map(|(t, y)| y - found.height_under(acceleration, t))
+        found.squares = points
+            .iter()
+            .map(|(t, y)| y - found.height_under(acceleration, *t))
             .map(|residual| residual * residual)
             .sum();
         Some(found)

@@ -78,11 +78,14 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<(Shown, 
     let counted_from = (!fields.has("time")).then_some(0);
     let (problems, _) = fields.finish();
     unless_wrong(problems, ()).map_err(refused)?;
-    let (shown, falling) = positions(seen, axis).map_err(|problem| refused(vec![problem]))?;
+    let (track, object, falling) = farthest_falling(seen, axis).map_err(|problem| refused(vec![problem]))?;
     let shown = Shown {
+        frames: track.times.len(),
+        track,
         in_pixels,
+        diameter: None,
         counted_from,
-        ..shown
+        object,
     };
     Ok((shown, falling))
 }
@@ -187,15 +190,18 @@ fn shown(names: &[String]) -> String {
     quoted(&named.join(", "))
 }
 
-/// The track of the object that falls farthest, where none does of the one that moves most; and how many fall.
-fn positions(all: Vec<Seen>, axis: Axis) -> Result<(Shown, usize), Problem> {
+/// The track of the object that falls farthest, where none does of the one that moves most; its name among several; and how
+/// many fall.
+fn farthest_falling(all: Vec<Seen>, axis: Axis) -> Result<(Track, Option<String>, usize), Problem> {
+    /// of the farthest fall, that another object's is no speck's
+    const AS_FAR: f64 = 0.3;
     let mut objects: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
     for seen in all {
         objects.entry(seen.object.clone()).or_default().push(seen);
     }
     let several = objects.len() > 1;
     let mut falls = vec![];
-    let mut best: Option<([f64; 2], Shown)> = None;
+    let mut best: Option<([f64; 2], Track, String)> = None;
     for (object, mut seen) in objects {
         seen.sort_by(|a, b| a.time.total_cmp(&b.time));
         if let Some(pair) = seen.windows(2).find(|pair| pair[0].time == pair[1].time) {
@@ -215,25 +221,15 @@ fn positions(all: Vec<Seen>, axis: Axis) -> Result<(Shown, usize), Problem> {
         falls.push(fall);
         let [lowest, highest] = track.ends_of_heights();
         let moves = [fall, highest - lowest];
-        if best.as_ref().is_none_or(|(most, _)| moves > *most) {
-            let shown = Shown {
-                frames: track.times.len(),
-                track,
-                in_pixels: false,
-                diameter: None,
-                counted_from: None,
-                object: several.then_some(object),
-            };
-            best = Some((moves, shown));
+        if best.as_ref().is_none_or(|(most, ..)| moves > *most) {
+            best = Some((moves, track, object));
         }
     }
-    let Some(([farthest, _], shown)) = best else {
+    let Some(([farthest, _], track, object)) = best else {
         return Err(whole_file("no positions below the header", "one line a frame"));
     };
-    /// of the farthest fall, that another object's is no speck's
-    const AS_FAR: f64 = 0.3;
     let falling = falls.iter().filter(|fall| **fall > 0.0 && **fall > AS_FAR * farthest);
-    Ok((shown, falling.count()))
+    Ok((track, several.then_some(object), falling.count()))
 }
 
 /// How far a track falls in one flight; 0 where it has none.

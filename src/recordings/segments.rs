@@ -41,29 +41,26 @@ pub(super) fn parted(track: &Track, sigma: f64) -> (Option<Beside<'_>>, Vec<Segm
     let frames = parts
         .into_iter()
         .map(|part| part.into_iter().flat_map(frames_of).collect::<Vec<usize>>());
-    let parabolas = frames.filter_map(|frames| Some((Parabola::through(track, &frames)?, frames)));
+    let parabolas = frames.filter_map(|frames| Some((Parabola::through(&track.points(&frames))?, frames)));
     let parabolas: Vec<(Parabola, Vec<usize>)> = parabolas.collect();
     // what bends downwards most is a fall: a long rest that drifts bends a little, and surely
     let falls = parabolas.iter().filter(|(parabola, _)| parabola.bends_downwards(sigma));
     let surest = falls.max_by(|(a, _), (b, _)| b.bend().total_cmp(&a.bend()));
-    let Some(&(fall, _)) = surest else {
-        let others = parabolas.into_iter().map(|(parabola, frames)| Segment {
-            frames,
-            kind: Kind::Other,
-            parabola,
-        });
-        return (None, others.collect());
-    };
+    let fall = surest.map(|(fall, _)| *fall);
     let [lowest, highest] = track.ends_within(parabolas.iter().flat_map(|(_, frames)| frames));
-    let beside = Beside {
+    let found = parabolas.into_iter().map(|(parabola, frames)| Segment {
+        kind: fall.map_or(Kind::Other, |fall| parabola.kind_beside(&fall, sigma)),
+        frames,
+        parabola,
+    });
+    let found = found.collect();
+    let beside = fall.map(|fall| Beside {
         track,
         fall,
         sigma,
         range: highest - lowest,
-    };
-    let found = parabolas.into_iter().filter_map(|(_, frames)| beside.segment(frames));
-    let found = found.collect();
-    (Some(beside), found)
+    });
+    (beside, found)
 }
 
 /// Means of so many frames each.
@@ -140,7 +137,7 @@ impl Beside<'_> {
 
     /// `None` of no frames.
     pub fn segment(&self, frames: Vec<usize>) -> Option<Segment> {
-        let parabola = Parabola::through(self.track, &frames)?;
+        let parabola = Parabola::through(&self.track.points(&frames))?;
         Some(Segment {
             frames,
             kind: parabola.kind_beside(&self.fall, self.sigma),

@@ -3,10 +3,14 @@
 //! Where frames are missing or repeated, all later ones come too early or too late by whole frames. A flight is then seen as
 //! two, of which one lies on the other once it is moved in time by so many frames. A recording whose other jumps are no whole
 //! frames is left as it is: its flights then do not meet.
+//!
+//! Where faults are frequent no flight is seen between them, and the scatter of positions is that of the faults. So each move
+//! from a frame to the next is compared with its neighbours first.
 
 use super::parabola::Kind;
 use super::segments::{parted, Beside, Segment};
 use super::track::Track;
+use crate::distributions::{median, SD_OF_MEDIAN_DISTANCE};
 
 /// A jump in the times of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +20,9 @@ pub struct Jump {
     /// how many frames are missing before that one; below 0 so many are repeated
     pub missing: i32,
 }
+
+/// Share of frames that may be repeated or missing: of more, nobody knows which rate the others have.
+pub(super) const MOST_UNEVEN: f64 = 0.08;
 
 /// Most jumps that are looked for: a recording with more has no frame rate.
 const MOST_JUMPS: usize = 100;
@@ -95,4 +102,82 @@ fn missing_between(beside: &Beside, a: &Segment, b: &Segment) -> Option<i32> {
     // what is no parabola to a pixel may jump by as much as it is off
     let is_sure = beside.fits_as_well(&whole, a, &later) || moves > 2.0 * beside.step();
     (whole.kind == Kind::Flight && is_sure).then_some(missing as i32)
+}
+
+/// A move from a frame to the next beside the moves about it.
+struct Move {
+    /// by those about it
+    expected: f64,
+    /// frame times that it took: 0 of a repeated frame, 2 past one that is missing
+    frames: f64,
+    /// distance from what so many frame times make
+    off: f64,
+}
+
+/// Share of the frames that are repeated or follow a missing one, in the flights; `None` where the moves are too few, or
+/// too small for the scatter of positions, to tell.
+pub(super) fn uneven_share(track: &Track) -> Option<f64> {
+    /// moves that tell a share
+    const ENOUGH: usize = 8;
+    /// faults that are no chance
+    const LEAST_FAULTS: usize = 4;
+    /// times the scatter of moves, beyond which one tells a fault
+    const SURE: f64 = 12.0;
+    /// of the moves of a sphere that does not rest, those like their neighbours: fewer are alike by chance
+    const LEAST_ALIKE: f64 = 0.15;
+    let frame_time = track.frame_time();
+    let gaps = track.times.windows(2).map(|pair| (pair[1] - pair[0]) / frame_time);
+    let gaps: Vec<f64> = gaps.collect();
+    let steps = track.heights.windows(2).map(|pair| pair[1] - pair[0]);
+    let moves: Vec<f64> = steps.zip(&gaps).map(|(step, gap)| step / gap).collect();
+    let least = track.least_move();
+    let is_fast = |of: &Move| 3.0 * of.expected.abs() > least;
+    let alone = (0..moves.len()).filter(|at| gaps[*at].round() == 1.0);
+    let compared: Vec<Move> = alone.filter_map(|at| compared(&moves, at)).filter(is_fast).collect();
+    let scatter = SD_OF_MEDIAN_DISTANCE * median(&mut compared.iter().map(|of| of.off).collect::<Vec<_>>())?;
+    let scatter = scatter.max(track.rounding());
+    let sure = compared.iter().filter(|of| of.expected.abs() > SURE * scatter);
+    let told = sure.clone().count();
+    let faults = sure.filter(|of| of.frames != 1.0).count();
+    let share = faults as f64 / told as f64;
+    let fast = moves.iter().filter(|step| 3.0 * step.abs() > least).count();
+    let is_told = told >= ENOUGH && compared.len() as f64 > LEAST_ALIKE * fast as f64;
+    // a few faults among few moves say neither
+    (is_told && (faults >= LEAST_FAULTS || share <= MOST_UNEVEN)).then_some(share)
+}
+
+/// A move beside those about it; `None` near a contact, or near the top of a flight.
+///
+/// In a flight the mean of two moves is the one in their middle, however it is accelerated.
+fn compared(moves: &[f64], at: usize) -> Option<Move> {
+    /// moves to each side
+    const ABOUT: usize = 3;
+    /// of their sum, by which two moves of one flight differ at most, one of them past a missing frame
+    const APART: f64 = 0.4;
+    /// of the nearest mean, by which another differs at most
+    const UNLIKE: f64 = 0.5;
+    /// frame times by which a move is off a whole number at most
+    const OFF: f64 = 0.3;
+    let mean = |far: usize| {
+        let (before, after) = (moves[at.checked_sub(far)?], moves.get(at + far)?);
+        let is_alike = (before - after).abs() <= APART * (before + after).abs();
+        is_alike.then_some(0.5 * (before + after))
+    };
+    let nearest = mean(1)?;
+    let is_like = |mean: &f64| (mean - nearest).abs() <= UNLIKE * nearest.abs();
+    let mut means: Vec<f64> = (1..=ABOUT).filter_map(mean).filter(is_like).collect();
+    if means.len() < 2 {
+        return None;
+    }
+    means.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let expected = means[means.len() / 2];
+    let took = moves[at] / expected;
+    let is_about = |frames: &f64| (took - frames).abs() < OFF;
+    let frames = [0.0, 2.0].into_iter().find(is_about).unwrap_or(1.0);
+    let off = means.iter().map(|mean| (moves[at] - frames * mean).abs());
+    Some(Move {
+        expected,
+        frames,
+        off: off.fold(f64::INFINITY, f64::min),
+    })
 }

@@ -18,6 +18,12 @@ impl Track {
         median(&mut gaps).unwrap_or(0.0)
     }
 
+    /// The time and the height of some frames.
+    pub(super) fn points(&self, frames: &[usize]) -> Vec<(f64, f64)> {
+        let point = |frame: &usize| (self.times[*frame], self.heights[*frame]);
+        frames.iter().map(point).collect()
+    }
+
     /// The same in another unit of length.
     pub fn over(&self, scale: f64) -> Track {
         Track {
@@ -34,8 +40,6 @@ impl Track {
         const EVEN: f64 = 0.01;
         /// of heights in m or in pixels: far below what any camera tells
         const LEAST_RANGE: f64 = 1e-15;
-        /// of the range of heights, by which three frames move a sphere that does not rest
-        const MOVES: f64 = 0.01;
         /// fours of such frames that tell the scatter
         const ENOUGH: usize = 8;
         // 1² + 3² + 3² + 1²
@@ -52,7 +56,8 @@ impl Track {
         }
         let fours: Vec<&[f64]> = fours.filter(|(times, _)| in_a_row(times)).map(|(_, y)| y).collect();
         // pictures of a video hardly change while the sphere rests: its flights scatter by more
-        let moves = |y: &&&[f64]| (y[3] - y[0]).abs() > MOVES * (highest - lowest);
+        let least = self.least_move();
+        let moves = |y: &&&[f64]| (y[3] - y[0]).abs() > least;
         let moving = fours.iter().filter(moves).count() >= ENOUGH;
         let mut differences: Vec<f64> = fours
             .iter()
@@ -61,6 +66,14 @@ impl Track {
             .collect();
         let scatter = SD_OF_MEDIAN_DISTANCE * median(&mut differences)? / of_differences;
         Some(scatter.max(self.rounding()))
+    }
+
+    /// The height by which three frames move a sphere that does not rest, at least.
+    pub(super) fn least_move(&self) -> f64 {
+        /// of the range of heights
+        const MOVES: f64 = 0.01;
+        let [lowest, highest] = self.ends_of_heights();
+        MOVES * (highest - lowest)
     }
 
     /// The lowest and the highest height.
@@ -74,7 +87,7 @@ impl Track {
     }
 
     /// What a grid that all heights stand on makes them scatter by; next to nothing where they stand on none.
-    fn rounding(&self) -> f64 {
+    pub(super) fn rounding(&self) -> f64 {
         /// of the range of heights: far below what any camera tells
         const LEAST: f64 = 1e-9;
         let mut heights = self.heights.clone();

@@ -12,8 +12,8 @@ use super::template::{self, with};
 use crate::error::Error;
 use crate::findings::range::range;
 use crate::recordings::{
-    Campaign, FreeFlight, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, Track, Tracked, APART_SINCE,
-    FAR, GRAVITY, OFF,
+    Campaign, FreeFlight, ImageScale, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, Track, Tracked,
+    APART_SINCE, FAR, GRAVITY, OFF,
 };
 use crate::rounding::significant;
 use crate::scene::DRY;
@@ -30,8 +30,14 @@ pub fn files(title: &str, campaign: &Campaign) -> Result<Files<'static>, Error> 
     let mut figures = vec![];
     for outcome in &campaign.outcomes {
         let figure = match (&outcome.tracked, &outcome.shown) {
-            (Ok(tracked), _) => figure(tracked),
-            (Err(_), Some(shown)) => figure_of_heights(shown),
+            (Ok(tracked), _) => figure(
+                &tracked.track,
+                &tracked.flights,
+                "height over the contact / mm",
+                millimetres,
+            ),
+            (Err(_), Some(shown)) if shown.in_pixels => figure(&shown.track, &[], "height / px", |height| height),
+            (Err(_), Some(shown)) => figure(&shown.track, &[], "height / mm", millimetres),
             (Err(_), None) => continue,
         };
         figures.push((figure_name(&outcome.recording), figure));
@@ -222,11 +228,6 @@ fn captioned(outcome: &Outcome) -> Option<Value> {
     })
 }
 
-/// Pixels per m; `None` where positions are lengths.
-fn scale_of(tracked: &Tracked) -> Option<f64> {
-    (tracked.scale.source != ScaleSource::Lengths).then_some(tracked.scale.value)
-}
-
 /// What is to be said of used runs whose drag is not taken off; nothing where it is, or is less than matters.
 pub fn drag_left(campaign: &Campaign) -> Option<String> {
     /// of the weight: e is then off by a thousandth
@@ -246,68 +247,44 @@ pub fn drag_left(campaign: &Campaign) -> Option<String> {
     }
 }
 
-/// The least and the largest drag over the weight of the runs that are used, of these recordings.
+/// The least and the largest drag at the impact speed over the weight, of the runs of these recordings that are used.
 fn drags(campaign: &Campaign, takes: impl Fn(&Recording) -> bool) -> Option<[f64; 2]> {
+    let drag = |(recording, impact): (&Recording, &Impact)| {
+        let sphere = recording.in_air(recording.density.unwrap_or(LIGHT));
+        sphere.deceleration(impact.speeds.impact_speed) / GRAVITY
+    };
     range(used(campaign).filter(|(recording, _)| takes(recording)).map(drag))
 }
 
 /// Density of a light sphere in kg/m³, where the list has none.
 const LIGHT: f64 = 1000.0;
 
-/// Drag at the impact speed over the weight.
-fn drag((recording, impact): (&Recording, &Impact)) -> f64 {
-    let sphere = recording.in_air(recording.density.unwrap_or(LIGHT));
-    sphere.deceleration(impact.speeds.impact_speed) / GRAVITY
-}
-
-/// Heights with the parabolas, and what these leave.
-fn figure(tracked: &Tracked) -> String {
-    let track = &tracked.track;
-    let at = |frame: &usize| {
-        (
-            since_start(track, track.times[*frame]),
-            millimetres(track.heights[*frame]),
-        )
-    };
-    let flown = |flight: &FreeFlight| flight.frames.clone();
-    let fitted: Vec<usize> = tracked.flights.iter().flat_map(flown).collect();
+/// Heights, of a recording that gives runs with the parabolas and what these leave.
+fn figure(track: &Track, flights: &[FreeFlight], label: &str, unit: fn(f64) -> f64) -> String {
+    let at = |frame: &usize| (since_start(track, track.times[*frame]), unit(track.heights[*frame]));
+    let fitted: Vec<usize> = flights.iter().flat_map(|flight| flight.frames.clone()).collect();
     let is_fitted: BTreeSet<usize> = fitted.iter().copied().collect();
-    let others: Vec<usize> = (0..track.times.len())
-        .filter(|frame| !is_fitted.contains(frame))
-        .collect();
-    let mut heights = vec![points(Some("fitted"), 0, thinned(&fitted, MOST_ON_PARABOLAS).map(at))];
-    if !others.is_empty() {
+    let others = (0..track.times.len()).filter(|frame| !is_fitted.contains(frame));
+    let others: Vec<usize> = others.collect();
+    let (mut heights, mut residuals) = (vec![], vec![]);
+    if !flights.is_empty() {
+        heights.push(points(Some("fitted"), 0, thinned(&fitted, MOST_ON_PARABOLAS).map(at)));
+    }
+    if flights.is_empty() || !others.is_empty() {
         heights.push(points(Some("not fitted"), 2, thinned(&others, MOST_POINTS).map(at)));
     }
-    let mut residuals = vec![];
-    for flight in &tracked.flights {
+    for flight in flights {
         heights.push(parabola(track, flight));
-        let left: Vec<(f64, f64)> = flight
-            .frames
-            .iter()
-            .zip(&flight.residuals)
-            .map(|(frame, left)| (since_start(track, track.times[*frame]), micrometres(*left)))
-            .collect();
+        let frames = flight.frames.iter().zip(&flight.residuals);
+        let left = frames.map(|(frame, left)| (since_start(track, track.times[*frame]), micrometres(*left)));
+        let left: Vec<(f64, f64)> = left.collect();
         residuals.push(points(None, 0, thinned(&left, MOST_POINTS).copied()));
     }
-    svg(&[
-        over_time("height over the contact / mm", heights),
-        over_time("residual / µm", residuals),
-    ])
-}
-
-/// Heights of a recording that gives no run, as they were seen.
-fn figure_of_heights(shown: &Shown) -> String {
-    let track = &shown.track;
-    let (label, scale): (&str, fn(f64) -> f64) = if shown.in_pixels {
-        ("height / px", |height| height)
-    } else {
-        ("height / mm", millimetres)
-    };
-    let frames: Vec<usize> = (0..track.times.len()).collect();
-    let at = |frame: &usize| (since_start(track, track.times[*frame]), scale(track.heights[*frame]));
-    let seen = points(Some("not fitted"), 2, thinned(&frames, MOST_POINTS).map(at));
-    svg(&[over_time(label, vec![seen])])
+    let mut charts = vec![over_time(label, heights)];
+    if !flights.is_empty() {
+        charts.push(over_time("residual / µm", residuals));
+    }
+    svg(&charts)
 }
 
 /// Milliseconds since a track begins.
@@ -358,6 +335,7 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
             "verdict": impact.verdict,
         })
     };
+    let in_pixels = |scale: &ImageScale| scale.source != ScaleSource::Lengths;
     let recording = |outcome: &Outcome| {
         let (of, shown) = (outcome.tracked.as_ref().ok(), outcome.shown.as_ref());
         let jumps = || of.iter().flat_map(|of| &of.jumps).map(|jump| jump.missing);
@@ -366,7 +344,7 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
             "run": outcome.recording.run,
             "line": outcome.recording.line,
             "reason": outcome.tracked.as_ref().err().map(Refusal::words),
-            "scale_px_per_m": of.and_then(scale_of),
+            "scale_px_per_m": of.map(|of| of.scale).filter(in_pixels).map(|scale| scale.value),
             "noise_m": of.map(|of| of.noise),
             "rest_m": of.and_then(|of| of.rest),
             "frames": shown.map(|shown| shown.frames),

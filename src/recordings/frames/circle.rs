@@ -23,13 +23,34 @@ impl EdgePoint {
     };
 }
 
+/// Where a disc is, px.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Disc {
+    pub x: f64,
+    pub y: f64,
+    pub radius: f64,
+}
+
+impl Disc {
+    /// The same where its centre was counted from another's.
+    pub fn about_centre_of(self, other: Disc) -> Disc {
+        Disc {
+            x: other.x + self.x,
+            y: other.y + self.y,
+            ..self
+        }
+    }
+
+    /// Distance of both centres.
+    pub fn distance(self, other: Disc) -> f64 {
+        (self.x - other.x).hypot(self.y - other.y)
+    }
+}
+
 /// A fitted circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Circle {
-    /// centre from the provisional one, px
-    pub dx: f64,
-    pub dy: f64,
-    pub radius: f64,
+    pub disc: Disc,
     /// rays whose edge belongs to the circle, of all
     pub share: f64,
     /// robust sd of the distances of these, px
@@ -49,14 +70,15 @@ impl Rays {
         }
     }
 
-    /// The circle through most of the edge points, one a ray; with its radius if that is known. `None` where fewer than a
+    /// The circle through most of the edge points, one a ray, its centre from the provisional one; with its radius if that is
+    /// known. `None` where fewer than a
     /// quarter of the rays agree, or where these look all one way.
     pub fn fit(&self, edges: &[EdgePoint], radius: Option<f64>) -> Option<Circle> {
         let mut points = self.points(edges);
         let found = edges.iter().filter(|edge| edge.weight > 0.0);
         let typical = median(found.map(|edge| f64::from(edge.distance)))?;
         let rough = (ROUGH * radius.unwrap_or(typical)).max(0.5);
-        let refitted = |points: &[Point], circle: &Trial, scatter: f64| {
+        let refitted = |points: &[Point], circle: &Disc, scatter: f64| {
             let weigh = |point: &Point| tukey(point.away(circle) / (TUKEY * scatter));
             step(points, circle, radius, weigh)
         };
@@ -68,7 +90,7 @@ impl Rays {
             // a scatter that shrinks by half at most keeps the arc in view while the centre still moves
             scatter = (1.4826 * median(away)?).clamp(LEAST_SCATTER.max(0.5 * scatter), rough);
             let next = refitted(&points, &circle, scatter)?;
-            let moved = (next.x - circle.x).hypot(next.y - circle.y) + (next.radius - circle.radius).abs();
+            let moved = next.distance(circle) + (next.radius - circle.radius).abs();
             circle = next;
             if moved < 1e-4 && scatter < rough {
                 break;
@@ -77,7 +99,7 @@ impl Rays {
         leave_wrong_arcs_out(&mut points, &circle, OUTSIDE * scatter);
         for _ in 0..ROUNDS {
             let next = refitted(&points, &circle, scatter)?;
-            let moved = (next.x - circle.x).hypot(next.y - circle.y);
+            let moved = next.distance(circle);
             circle = next;
             if moved < 1e-6 {
                 break;
@@ -86,9 +108,7 @@ impl Rays {
         let is_used = |point: &&Point| point.weight > 0.0 && point.away(&circle).abs() < OUTSIDE * scatter;
         let share = points.iter().filter(is_used).count() as f64 / self.directions.len().max(1) as f64;
         (share >= LEAST_SHARE).then_some(Circle {
-            dx: circle.x,
-            dy: circle.y,
-            radius: circle.radius,
+            disc: circle,
             share,
             scatter,
         })
@@ -128,7 +148,7 @@ struct Point {
 
 impl Point {
     /// The distance from a circle, outwards, beside what a sharp edge has.
-    fn away(&self, circle: &Trial) -> f64 {
+    fn away(&self, circle: &Disc) -> f64 {
         (length(self.x - circle.x, self.y - circle.y) - circle.radius) / self.scale
     }
 }
@@ -138,20 +158,13 @@ fn length(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-#[derive(Clone, Copy)]
-struct Trial {
-    x: f64,
-    y: f64,
-    radius: f64,
-}
-
 fn tukey(u: f64) -> f64 {
     let rest = (1.0 - u * u).max(0.0);
     rest * rest
 }
 
 /// The circle through three points that most others are near to.
-fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Trial> {
+fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Disc> {
     let count = points.len();
     /// Starts over the circle.
     const STARTS: usize = 24;
@@ -160,7 +173,7 @@ fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Trial>
     // angles between the three, in parts of a turn: wide ones are exact, narrow ones fit into an arc that is left
     let steps = [(3, 3), (4, 4), (4, 3), (6, 6), (8, 6)];
     let all: f64 = points.iter().map(|point| point.weight / point.scale).sum();
-    let mut best: Option<(f64, Trial)> = None;
+    let mut best: Option<(f64, Disc)> = None;
     for (first, second) in steps {
         for start in 0..STARTS {
             let turns = [0, count / first, count / first + count / second];
@@ -187,12 +200,12 @@ fn consensus(points: &[Point], radius: Option<f64>, rough: f64) -> Option<Trial>
     best.map(|(_, trial)| trial)
 }
 
-fn through(a: &Point, b: &Point, c: &Point) -> Option<Trial> {
+fn through(a: &Point, b: &Point, c: &Point) -> Option<Disc> {
     let (bx, by, cx, cy) = (b.x - a.x, b.y - a.y, c.x - a.x, c.y - a.y);
     let twice_area = 2.0 * (bx * cy - by * cx);
     let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
     let (x, y) = ((cy * b2 - by * c2) / twice_area, (bx * c2 - cx * b2) / twice_area);
-    let trial = Trial {
+    let trial = Disc {
         x: a.x + x,
         y: a.y + y,
         radius: x.hypot(y),
@@ -201,7 +214,7 @@ fn through(a: &Point, b: &Point, c: &Point) -> Option<Trial> {
 }
 
 /// A step of Gauss and Newton on the distances; `None` where the points do not hold the circle.
-fn step(points: &[Point], circle: &Trial, radius: Option<f64>, weigh: impl Fn(&Point) -> f64) -> Option<Trial> {
+fn step(points: &[Point], circle: &Disc, radius: Option<f64>, weigh: impl Fn(&Point) -> f64) -> Option<Disc> {
     let (mut xx, mut xy, mut yy, mut x1, mut y1, mut one) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut xr, mut yr, mut r) = (0.0, 0.0, 0.0);
     for point in points {
@@ -246,7 +259,7 @@ fn step(points: &[Point], circle: &Trial, radius: Option<f64>, weigh: impl Fn(&P
     } else {
         0.0
     };
-    Some(Trial {
+    Some(Disc {
         x: circle.x + dx,
         y: circle.y + dy,
         radius: circle.radius + grown,
@@ -254,7 +267,7 @@ fn step(points: &[Point], circle: &Trial, radius: Option<f64>, weigh: impl Fn(&P
 }
 
 /// Takes off what lies beside an arc of points that are not of the circle.
-fn leave_wrong_arcs_out(points: &mut [Point], circle: &Trial, outside: f64) {
+fn leave_wrong_arcs_out(points: &mut [Point], circle: &Disc, outside: f64) {
     let count = points.len();
     let wrong = |point: &Point| point.weight <= 0.0 || point.away(circle).abs() > outside;
     let wrongs: Vec<bool> = points.iter().map(wrong).collect();

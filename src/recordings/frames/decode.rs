@@ -6,7 +6,7 @@ use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
-use image::{ImageDecoder, ImageResult};
+use image::{ImageDecoder, ImageFormat, ImageResult};
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::TiffError;
 
@@ -33,24 +33,10 @@ const MOST_BYTES: u64 = 9 * MOST_PIXELS;
 /// Bytes that a decoder may ask for.
 const MOST_DECODED: u64 = 8 * MOST_PIXELS;
 
-/// An image format of frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Format {
-    Png,
-    Jpeg,
-    Tiff,
-}
-
-impl Format {
-    /// Of a name's ending in lower case.
-    pub fn of_extension(ending: &str) -> Option<Format> {
-        match ending {
-            "png" => Some(Format::Png),
-            "jpg" | "jpeg" => Some(Format::Jpeg),
-            "tif" | "tiff" => Some(Format::Tiff),
-            _ => None,
-        }
-    }
+/// The format of a frame, by the name of its file; `None` of one that is not read.
+pub(super) fn format_of(path: &Path) -> Option<ImageFormat> {
+    let format = ImageFormat::from_path(path).ok()?;
+    matches!(format, ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Tiff).then_some(format)
 }
 
 /// A frame in grey.
@@ -65,8 +51,9 @@ pub(super) struct Grey {
 }
 
 /// Reads the only image of a file.
-pub(super) fn file(path: &Path, format: Format) -> Result<Grey, String> {
-    if format == Format::Tiff {
+pub(super) fn file(path: &Path) -> Result<Grey, String> {
+    let format = format_of(path);
+    if format == Some(ImageFormat::Tiff) {
         let mut reader = open_tiff(path)?;
         if reader.more_images() {
             return Err("a TIFF of several pages in a folder; expected one page a file, or that file alone".to_owned());
@@ -78,7 +65,7 @@ pub(super) fn file(path: &Path, format: Format) -> Result<Grey, String> {
         return Err(format!("{size} bytes; expected a frame of at most {MOST_BYTES}"));
     }
     let bytes = files::read_file(&file, size, path, MOST_BYTES, READ).map_err(reason)?;
-    if format == Format::Png {
+    if format == Some(ImageFormat::Png) {
         let mut limits = image::Limits::no_limits();
         limits.max_alloc = Some(MOST_DECODED);
         image(PngDecoder::with_limits(Cursor::new(&bytes), limits), "PNG image")
@@ -122,11 +109,7 @@ fn image<D: ImageDecoder>(decoder: ImageResult<D>, kind: &str) -> Result<Grey, S
         2 => true,
         _ => return Err(format!("pixels are {colour:?}; expected grey or RGB of 8 or 16 bits")),
     };
-    let bytes = decoder.total_bytes();
-    if bytes > MOST_DECODED {
-        return Err(too_large(width, height));
-    }
-    let mut decoded = vec![0u8; bytes as usize];
+    let mut decoded = vec![0u8; decoder.total_bytes() as usize];
     let read = decoder.read_image(&mut decoded);
     read.map_err(|error| unreadable(kind, error))?;
     if wide {
@@ -207,12 +190,9 @@ fn grey(
 fn check_size(width: u32, height: u32) -> Result<(), String> {
     let pixels = u64::from(width) * u64::from(height);
     if pixels == 0 || pixels > MOST_PIXELS {
-        return Err(too_large(width, height));
+        return Err(format!(
+            "{width} × {height} pixels; expected from 1 to {MOST_PIXELS} pixels a frame"
+        ));
     }
     Ok(())
-}
-
-#[cold]
-fn too_large(width: u32, height: u32) -> String {
-    format!("{width} × {height} pixels; expected from 1 to {MOST_PIXELS} pixels a frame")
 }

@@ -5,7 +5,7 @@
 //! evenly to both sides – optics, pixels, interpolation, motion during the exposure – moves no light and so not the step.
 
 use super::background::{brightness, Background};
-use super::circle::{median, EdgePoint, Rays};
+use super::circle::{median, Disc, EdgePoint, Rays};
 use super::decode::Grey;
 
 /// A frame less its background.
@@ -70,17 +70,6 @@ pub(super) struct Edges {
 /// Step of samples along a ray, px.
 const STEP: f64 = 0.5;
 
-/// Where rays are searched.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Search {
-    pub x: f64,
-    pub y: f64,
-    /// distance from the centre about which an edge is looked for, px
-    pub radius: f64,
-    /// and how far to both sides of it, px
-    pub reach: f64,
-}
-
 /// The levels along all rays about where edges are looked for.
 struct Profiles {
     /// distance of the first sample of a ray
@@ -92,13 +81,13 @@ struct Profiles {
 }
 
 impl Profiles {
-    fn of(difference: &Difference, rays: &Rays, search: Search) -> Profiles {
-        let first = (search.radius - search.reach).max(STEP);
-        let samples = ((search.radius + search.reach - first) / STEP).max(0.0) as usize;
+    fn of(difference: &Difference, rays: &Rays, disc: Disc, reach: f64) -> Profiles {
+        let first = (disc.radius - reach).max(STEP);
+        let samples = ((disc.radius + reach - first) / STEP).max(0.0) as usize;
         let along = |(nx, ny): &(f64, f64)| {
             let level = |i: usize| {
                 let distance = first + STEP * i as f64;
-                let level = difference.at(search.x + distance * nx, search.y + distance * ny);
+                let level = difference.at(disc.x + distance * nx, disc.y + distance * ny);
                 level.unwrap_or(f32::NAN)
             };
             (0..samples).map(level).collect()
@@ -175,10 +164,10 @@ impl Profiles {
     }
 }
 
-/// The edges of a disc of about this place and size. Edges of much less contrast than the others have little weight.
-pub(super) fn edges(difference: &Difference, rays: &Rays, search: Search) -> Edges {
-    let profiles = Profiles::of(difference, rays, search);
-    let widths = profiles.widths(search.radius);
+/// The edges of a disc of about this place and size, looked for within a reach to both sides of its outline, px. Edges of much less contrast than the others have little weight.
+pub(super) fn edges(difference: &Difference, rays: &Rays, disc: Disc, reach: f64) -> Edges {
+    let profiles = Profiles::of(difference, rays, disc, reach);
+    let widths = profiles.widths(disc.radius);
     let found: Vec<Option<(f64, f32)>> = rays
         .directions
         .iter()
@@ -187,10 +176,10 @@ pub(super) fn edges(difference: &Difference, rays: &Rays, search: Search) -> Edg
         .map(|(ray, (direction, width))| {
             let about = profiles.steepest(ray, *width, difference.background.noise)?;
             // wider for a blur: its middle is found from farther away
-            let half = (0.6 * width + 0.3 + 0.25 * (width - 3.0).max(0.0)).min(0.8 * search.radius);
+            let half = (0.6 * width + 0.3 + 0.25 * (width - 3.0).max(0.0)).min(0.8 * disc.radius);
             // from a place that is found better the second time
-            let (distance, _) = stand(difference, search, *direction, about, half)?;
-            stand(difference, search, *direction, distance, half)
+            let (distance, _) = stand(difference, disc, *direction, about, half)?;
+            stand(difference, disc, *direction, distance, half)
         })
         .collect();
     let steps = || found.iter().flatten().map(|(_, step)| f64::from(step.abs()));
@@ -218,8 +207,8 @@ pub(super) fn edges(difference: &Difference, rays: &Rays, search: Search) -> Edg
 
 /// Where the step about a place stands, and its height from outside to inside; `None` where it is not within `half` px of
 /// that place.
-fn stand(difference: &Difference, search: Search, (nx, ny): (f64, f64), about: f64, half: f64) -> Option<(f64, f32)> {
-    let level = |t: f64| difference.at(search.x + (about + t) * nx, search.y + (about + t) * ny);
+fn stand(difference: &Difference, disc: Disc, (nx, ny): (f64, f64), about: f64, half: f64) -> Option<(f64, f32)> {
+    let level = |t: f64| difference.at(disc.x + (about + t) * nx, disc.y + (about + t) * ny);
     // a whole number of samples over the step, so that its light is the trapezoidal sum
     let over = (2.0 * half / STEP).round().max(2.0);
     let half = 0.5 * over * STEP;
@@ -229,7 +218,7 @@ fn stand(difference: &Difference, search: Search, (nx, ny): (f64, f64), about: f
         light += part * STEP * f64::from(level(STEP * i as f64 - half)?);
     }
     // no more of the shading than the levels need: farther in, another side of the light may begin
-    let samples = (half.min(0.2 * search.radius).max(1.5) / STEP) as usize;
+    let samples = (half.min(0.2 * disc.radius).max(1.5) / STEP) as usize;
     let (mut outside, mut n, mut t1, mut t2, mut f0, mut f1) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for i in 0..=samples {
         let from = half + STEP * i as f64;

@@ -7,9 +7,10 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use image::ImageFormat;
 use tiff::decoder::Decoder;
 
-use super::decode::{self, Format, Grey};
+use super::decode::{self, format_of, Grey};
 use crate::files::is_video;
 
 /// Frames below which a background is not told from a sphere.
@@ -29,10 +30,7 @@ type Pages = Decoder<BufReader<File>>;
 
 /// The frames of a recording, none of which is in memory.
 pub(super) enum Frames {
-    Files {
-        format: Format,
-        paths: Vec<PathBuf>,
-    },
+    Files(Vec<PathBuf>),
     Pages {
         path: PathBuf,
         count: usize,
@@ -50,19 +48,19 @@ impl Frames {
         } else {
             of_file(path)?
         };
-        match frames.len() {
-            count if count < FEWEST_FRAMES => Err(format!(
-                "{}: {count} {}; expected at least {FEWEST_FRAMES}, some of them before the impact",
-                path.display(),
-                if count == 1 { "frame" } else { "frames" }
-            )),
-            _ => Ok(frames),
+        let count = frames.len();
+        if count < FEWEST_FRAMES {
+            let (file, noun) = (path.display(), if count == 1 { "frame" } else { "frames" });
+            return Err(format!(
+                "{file}: {count} {noun}; expected at least {FEWEST_FRAMES}, some of them before the impact"
+            ));
         }
+        Ok(frames)
     }
 
     pub fn len(&self) -> usize {
         match self {
-            Frames::Files { paths, .. } => paths.len(),
+            Frames::Files(paths) => paths.len(),
             Frames::Pages { count, .. } => *count,
         }
     }
@@ -71,7 +69,7 @@ impl Frames {
     /// that is missing.
     pub fn counted(&self) -> Vec<usize> {
         let by_name = match self {
-            Frames::Files { paths, .. } => counted_by_name(paths),
+            Frames::Files(paths) => counted_by_name(paths),
             Frames::Pages { .. } => None,
         };
         by_name.unwrap_or_else(|| (0..self.len()).collect())
@@ -80,7 +78,7 @@ impl Frames {
     /// What a message calls a frame.
     pub fn name(&self, frame: usize) -> String {
         match self {
-            Frames::Files { paths, .. } => paths[frame].display().to_string(),
+            Frames::Files(paths) => paths[frame].display().to_string(),
             Frames::Pages { path, .. } => format!("{}: page {}", path.display(), frame + 1),
         }
     }
@@ -88,7 +86,7 @@ impl Frames {
     /// The grey levels of a frame.
     pub fn read(&self, frame: usize) -> Result<Grey, String> {
         let grey = match self {
-            Frames::Files { format, paths } => decode::file(&paths[frame], *format),
+            Frames::Files(paths) => decode::file(&paths[frame]),
             Frames::Pages { path, idle, .. } => page(path, frame, idle),
         };
         grey.map_err(|problem| format!("{}: {problem}", self.name(frame)))
@@ -110,18 +108,10 @@ fn page(path: &Path, frame: usize, idle: &Mutex<Vec<Pages>>) -> Result<Grey, Str
     Ok(grey)
 }
 
-fn extension(path: &Path) -> String {
-    path.extension()
-        .and_then(OsStr::to_str)
-        .unwrap_or("")
-        .to_ascii_lowercase()
-}
-
 fn of_file(path: &Path) -> Result<Frames, String> {
     let name = path.display();
-    let ending = extension(path);
-    match Format::of_extension(&ending) {
-        Some(Format::Tiff) => {}
+    match format_of(path) {
+        Some(ImageFormat::Tiff) => {}
         Some(_) => return Err(format!("{name}: a single image; {EXPECTED}")),
         None if is_video(path) => return Err(format!("{name}: a video; {EXPECTED}: make frames with `{FFMPEG}`")),
         None => {
@@ -150,7 +140,7 @@ fn of_file(path: &Path) -> Result<Frames, String> {
 fn of_folder(folder: &Path) -> Result<Frames, String> {
     let name = folder.display();
     let unreadable = |error: std::io::Error| format!("{name}: {error}; {EXPECTED}");
-    let mut found: Vec<(Format, PathBuf)> = vec![];
+    let mut found: Vec<(ImageFormat, PathBuf)> = vec![];
     let mut foreign: Vec<PathBuf> = vec![];
     let mut videos: Vec<PathBuf> = vec![];
     for entry in std::fs::read_dir(folder).map_err(unreadable)? {
@@ -162,10 +152,10 @@ fn of_folder(folder: &Path) -> Result<Frames, String> {
         if hidden || path.is_dir() {
             continue;
         }
-        let ending = extension(&path);
-        match Format::of_extension(&ending) {
+        let ending = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+        match format_of(&path) {
             Some(format) => found.push((format, path)),
-            None if OTHER_IMAGES.contains(&ending.as_str()) => foreign.push(path),
+            None if ending.is_some_and(|ending| OTHER_IMAGES.contains(&ending.as_str())) => foreign.push(path),
             None if is_video(&path) => videos.push(path),
             None => {}
         }
@@ -188,10 +178,7 @@ fn of_folder(folder: &Path) -> Result<Frames, String> {
             other.display()
         ));
     }
-    Ok(Frames::Files {
-        format,
-        paths: found.into_iter().map(|(_, path)| path).collect(),
-    })
+    Ok(Frames::Files(found.into_iter().map(|(_, path)| path).collect()))
 }
 
 /// By the last number in each name, counted in steps from the first; `None` where these do not go up by one step in most places

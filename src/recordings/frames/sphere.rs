@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::background::Background;
-use super::circle::{median, Circle, Rays};
+use super::circle::{median, Circle, Disc, Rays};
 use super::decode::Grey;
-use super::edge::{edges, Difference, Edges, Search};
+use super::edge::{edges, Difference, Edges};
 use super::votes::{EdgeCells, Place};
 
 /// The sphere as seen in one frame.
@@ -32,21 +32,13 @@ const LEAST_RADIUS: f64 = 4.0;
 
 /// The outline of the sphere in a frame, from which circles of any radius are fitted.
 pub(super) struct Outline {
-    /// provisional centre, px
-    x: f64,
-    y: f64,
+    /// from whose centre its rays go
+    about: Disc,
     pub edges: Edges,
     /// with its radius free
     free: Circle,
     /// height of a second disc below the sphere: its mirror image
     mirror_y: Option<f64>,
-}
-
-impl Outline {
-    /// Centre of the circle fitted with its radius free, px.
-    fn centre(&self) -> (f64, f64) {
-        (self.x + self.free.dx, self.y + self.free.dy)
-    }
 }
 
 /// Looks for a sphere of a known size.
@@ -96,20 +88,19 @@ impl<'b> Seeker<'b> {
         let cells = EdgeCells::of(&difference, self.cell);
         let places = cells.places(self.radius, MOST_DISCS, LEAST_VOTES);
         let found = places.into_iter().filter_map(|place| {
-            let outline = outline(&difference, &self.rays, place)?;
-            let near = (outline.free.radius / self.radius - 1.0).abs() < 0.15;
+            let outline = outline(&difference, &self.rays, place.disc)?;
+            let near = (outline.free.disc.radius / self.radius - 1.0).abs() < 0.15;
             near.then_some(outline)
         });
         let mut discs: Vec<Outline> = vec![];
         for outline in found {
-            let (x, y) = outline.centre();
-            let same = |other: &Outline| (other.centre().0 - x).hypot(other.centre().1 - y) < 0.5 * self.radius;
+            let same = |other: &Outline| other.free.disc.distance(outline.free.disc) < 0.5 * self.radius;
             if !discs.iter().any(same) {
                 discs.push(outline);
             }
         }
         let sphere = sphere_of(discs, self.radius)?;
-        let (x, y) = sphere.centre();
+        let Disc { x, y, .. } = sphere.free.disc;
         let whole =
             |centre: f64, pixels: usize| centre - self.radius >= -0.5 && centre + self.radius <= pixels as f64 - 0.5;
         (whole(x, grey.width) && whole(y, grey.height)).then_some(sphere)
@@ -124,11 +115,12 @@ impl<'b> Seeker<'b> {
         const WHOLE: f64 = 0.6;
         let own = outline.edges.width > BLURRED * shared.width && outline.free.share > WHOLE;
         let circle = self.rays.fit(&outline.edges.points, (!own).then_some(shared.radius))?;
+        let disc = circle.disc.about_centre_of(outline.about);
         Some(Sighting {
             frame,
-            x_px: outline.x + circle.dx,
-            y_px: outline.y + circle.dy,
-            radius_px: outline.free.radius,
+            x_px: disc.x,
+            y_px: disc.y,
+            radius_px: outline.free.disc.radius,
             outline_share: circle.share,
             scatter_px: circle.scatter,
             blur_px: outline.edges.widest,
@@ -136,63 +128,55 @@ impl<'b> Seeker<'b> {
     }
 }
 
-/// The outline about a place.
-fn outline(difference: &Difference, rays: &Rays, place: Place) -> Option<Outline> {
-    let (mut x, mut y, mut radius) = (place.x, place.y, place.radius);
+/// The outline of a disc of about this place and size.
+fn outline(difference: &Difference, rays: &Rays, place: Disc) -> Option<Outline> {
+    let mut about = place;
     let mut found: Option<Outline> = None;
     for reach in REACH {
         // of those that motion blurs most
         let widest = found.as_ref().map_or(0.0, |outline| outline.edges.widest);
-        let search = Search {
-            x,
-            y,
-            radius,
-            reach: (reach * radius)
-                .max(REACH_OF_WIDTH * widest)
-                .max(LEAST_REACH)
-                .min(radius),
-        };
-        let edges = edges(difference, rays, search);
-        let free = rays.fit(&edges.points, None)?;
-        (x, y, radius) = (x + free.dx, y + free.dy, free.radius);
-        let moved = (x - place.x).hypot(y - place.y);
-        if moved > 0.7 * place.radius || (radius / place.radius - 1.0).abs() > 0.3 {
+        let reach = (reach * about.radius).max(REACH_OF_WIDTH * widest).max(LEAST_REACH);
+        let edges = edges(difference, rays, about, reach.min(about.radius));
+        let circle = rays.fit(&edges.points, None)?;
+        let disc = circle.disc.about_centre_of(about);
+        if disc.distance(place) > 0.7 * place.radius || (disc.radius / place.radius - 1.0).abs() > 0.3 {
             return None;
         }
         found = Some(Outline {
-            x: search.x,
-            y: search.y,
+            about,
             edges,
-            free,
+            free: Circle { disc, ..circle },
             mirror_y: None,
         });
-        if free.dx.hypot(free.dy) < STILL {
+        if circle.disc.x.hypot(circle.disc.y) < STILL {
             break;
         }
+        about = disc;
     }
     found
 }
 
 /// The sphere among discs of its size: the one that stands out most, or one straight above it, whose mirror image it is.
 fn sphere_of(discs: Vec<Outline>, radius: f64) -> Option<Outline> {
-    let clear = |disc: &Outline| f64::from(disc.edges.contrast) * disc.free.share;
-    let place = |disc: &Outline| disc.centre();
+    let clear = |outline: &Outline| f64::from(outline.edges.contrast) * outline.free.share;
     let clearest = discs.iter().max_by(|a, b| clear(a).total_cmp(&clear(b)))?;
-    let (x, y) = place(clearest);
-    let in_line = |disc: &Outline| (place(disc).0 - x).abs() < 0.25 * radius;
+    let in_line = |outline: &&Outline, with: Disc| (outline.free.disc.x - with.x).abs() < 0.25 * radius;
     let as_clear = clear(clearest);
-    let above = discs
-        .iter()
-        .filter(|disc| in_line(disc) && clear(disc) > 0.4 * as_clear && place(disc).1 < y);
-    let upper = above.min_by(|a, b| place(a).1.total_cmp(&place(b).1)).map(place);
-    let (x, y) = upper.unwrap_or((x, y));
-    let lower = discs
-        .iter()
-        .map(place)
-        .filter(|(of_x, of_y)| (of_x - x).abs() < 0.25 * radius && *of_y > y + radius);
-    let mirror_y = lower.map(|(_, y)| y).min_by(f64::total_cmp);
-    let sphere = discs.into_iter().find(|disc| place(disc) == (x, y))?;
-    Some(Outline { mirror_y, ..sphere })
+    let clearest = clearest.free.disc;
+    let above = discs.iter().filter(|outline| {
+        in_line(outline, clearest) && clear(outline) > 0.4 * as_clear && outline.free.disc.y < clearest.y
+    });
+    let upper = above
+        .map(|outline| outline.free.disc)
+        .min_by(|a, b| a.y.total_cmp(&b.y));
+    let sphere = upper.unwrap_or(clearest);
+    let lower = discs.iter().filter(|outline| in_line(outline, sphere));
+    let lower = lower
+        .map(|outline| outline.free.disc.y)
+        .filter(|y| *y > sphere.y + radius);
+    let mirror_y = lower.min_by(f64::total_cmp);
+    let found = discs.into_iter().find(|outline| outline.free.disc == sphere)?;
+    Some(Outline { mirror_y, ..found })
 }
 
 /// Drops discs below the plate: where the sphere is out of view above, its mirror image may be in view.
@@ -201,7 +185,7 @@ pub(super) fn leave_mirror_images_out(outlines: &mut [Option<Outline>]) {
     const FEWEST_PAIRS: usize = 5;
     let middles = || {
         let each = outlines.iter().flatten();
-        each.filter_map(|outline| Some(0.5 * (outline.centre().1 + outline.mirror_y?)))
+        each.filter_map(|outline| Some(0.5 * (outline.free.disc.y + outline.mirror_y?)))
     };
     if middles().count() < FEWEST_PAIRS {
         return;
@@ -211,7 +195,7 @@ pub(super) fn leave_mirror_images_out(outlines: &mut [Option<Outline>]) {
         return;
     };
     for place in outlines.iter_mut() {
-        place.take_if(|outline| outline.centre().1 > plate && spread < 0.25 * outline.free.radius);
+        place.take_if(|outline| outline.free.disc.y > plate && spread < 0.25 * outline.free.disc.radius);
     }
 }
 
@@ -232,7 +216,7 @@ pub(super) fn shared(outlines: &[Option<Outline>]) -> Option<Shared> {
     // motion widens an edge, and changes a radius with it
     let width = median(whole().map(|outline| outline.edges.width))?;
     let sharp = whole().filter(|outline| outline.edges.width <= width);
-    let radius = median(sharp.map(|outline| outline.free.radius))?;
+    let radius = median(sharp.map(|outline| outline.free.disc.radius))?;
     Some(Shared { radius, width })
 }
 
@@ -306,13 +290,13 @@ fn discs_in(difference: &Difference, cell: usize) -> Vec<f64> {
         radius *= LARGER;
     }
     // the longest outline first
-    places.sort_by(|a, b| (b.share * b.radius).total_cmp(&(a.share * a.radius)));
+    places.sort_by(|a, b| (b.share * b.disc.radius).total_cmp(&(a.share * a.disc.radius)));
     /// Places that are looked at.
     const MOST_PLACES: usize = 6;
     let found = places.into_iter().take(MOST_PLACES).filter_map(|place| {
-        let outline = outline(difference, &rays(place.radius), place)?;
-        let good = outline.free.share >= LEAST_SHARE && outline.free.scatter < 0.1 * outline.free.radius;
-        (good && outline.free.radius >= LEAST_RADIUS).then_some(outline.free.radius)
+        let Circle { disc, share, scatter } = outline(difference, &rays(place.disc.radius), place.disc)?.free;
+        let good = share >= LEAST_SHARE && scatter < 0.1 * disc.radius;
+        (good && disc.radius >= LEAST_RADIUS).then_some(disc.radius)
     });
     found.take(2).collect()
 }

@@ -1,5 +1,6 @@
 //! Finds where discs may be in a frame: each edge pixel votes for the two centres a radius away along its slope.
 
+use super::circle::Disc;
 use super::edge::Difference;
 
 /// Edge pixels that vote at most; a frame with more shows no sphere on a still background.
@@ -21,12 +22,10 @@ pub(super) struct EdgeCells {
     voters: Vec<Voter>,
 }
 
-/// A place that is voted for, in px of the frame.
+/// A place that is voted for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Place {
-    pub x: f64,
-    pub y: f64,
-    pub radius: f64,
+    pub disc: Disc,
     /// votes, of those that a whole outline has
     pub share: f64,
 }
@@ -70,10 +69,9 @@ impl EdgeCells {
             }
             let (column, row) = (at % self.width, at / self.width);
             let centre = |cells: usize| (cells as f64 + 0.5) * self.cell as f64 - 0.5;
+            let (x, y) = (centre(column), centre(row));
             places.push(Place {
-                x: centre(column),
-                y: centre(row),
-                radius,
+                disc: Disc { x, y, radius },
                 share,
             });
             let around = (0.6 * of_cells) as usize + 1;
