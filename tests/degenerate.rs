@@ -107,8 +107,10 @@ fn laws_without_scatter_or_threshold_say_why() {
     }
 }
 
+const SAMPLER: &str = "chains = 4\nwarmup = 500\ndraws = 500\n";
+
 fn sampled_text() -> String {
-    scene_of("degenerate", &[PTFE, PE, AK10]) + "[sampler]\nchains = 4\n"
+    scene_of("degenerate", &[PTFE, PE, AK10]) + "[sampler]\n" + SAMPLER
 }
 
 fn sample(rows: &str) -> (Findings, Option<Posterior>) {
@@ -180,7 +182,7 @@ fn wet_runs_that_all_stuck_bound_the_parameters_and_without_dry_ones_are_not_sam
     let stuck = Vec::from_iter(wet().into_iter().map(|(v, _)| (v, 0.0)));
     let (findings, posterior) = sample(&rows(&[], &stuck));
     assert!(posterior.is_none() && findings.forbids("rebounds"));
-    let short = sampled_text().replace("chains = 4", "chains = 2\nwarmup = 100\ndraws = 25");
+    let short = sampled_text().replace(SAMPLER, "chains = 2\nwarmup = 100\ndraws = 25\n");
     let (findings, posterior) = sample_scene(&short, &rows(&dry(), &stuck));
     assert!(posterior.is_some());
     findings.notice("prior_rules").expect("told").text.says("σ_wet");
@@ -198,17 +200,17 @@ fn every_prior_fixed_leaves_nothing_to_sample() {
 #[test]
 fn too_few_draws_fail_by_name() {
     let of = |sampler: &str| {
-        let short = sampled_text().replace("chains = 4", sampler);
+        let short = sampled_text().replace(SAMPLER, sampler);
         sample_scene(&short, &rows(&dry(), &wet())).0
     };
-    let findings = of("chains = 2\nwarmup = 20\ndraws = 5");
+    let findings = of("chains = 2\nwarmup = 20\ndraws = 5\n");
     assert!(findings.forbids("ess_bulk"), "{:?}", failed(&findings));
     assert!(!quotable(&findings.remarks));
     let check = findings.check("ess_bulk");
     check.text.says("after 40 draws a chain in place of 5");
     check.next_step.says("raise draws and warmup in [sampler]");
     // fewer than diagnostics need
-    assert!(of("chains = 1\nwarmup = 1\ndraws = 1").forbids("rhat"));
+    assert!(of("chains = 1\nwarmup = 1\ndraws = 1\n").forbids("rhat"));
 }
 
 #[test]

@@ -19,7 +19,10 @@ impl Fitted {
     fn new(stages: &str, change: impl Fn(&str) -> String) -> Fitted {
         let place = Folder::new();
         let scene = read_in_project("datasets/mueller2016/scene.toml");
-        place.write("scene.toml", change(&scene));
+        place.write(
+            "scene.toml",
+            change(&scene) + "\n[sampler]\nchains = 2\nwarmup = 300\ndraws = 300\n",
+        );
         place.write("runs.csv", read_in_project("datasets/mueller2016/runs.csv"));
         let (status, _, err) = place.run(&format!("fit scene.toml --out report --stages {stages} --quiet"));
         // a fit that is not to be quoted is one that is written

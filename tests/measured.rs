@@ -148,15 +148,15 @@ fn held(sets: u64, forgets: Forgets) -> [Vec<(f64, f64)>; 2] {
 }
 
 #[test]
-#[ignore = "slow: samples 600 posteriors"]
+#[ignore = "slow: samples 250 posteriors"]
 fn fits_of_measured_runs_cover_the_truth_and_are_sharper() {
-    let [posterior, balance] = held(300, Forgets::Nothing);
+    let [posterior, balance] = held(150, Forgets::Nothing);
     for (way, found) in [("posterior", &posterior), ("least squares", &balance)] {
         for ((name, _), (z, _)) in TRUTH.iter().zip(found) {
             assert!(z.abs() < 4.0, "{way}, {name}: {z}");
         }
     }
-    let [plain, of_balance] = held(300, Forgets::Errors);
+    let [plain, of_balance] = held(100, Forgets::Errors);
     // errors twentyfold apart are worth telling: L and C
     for parameter in [1, 2] {
         assert!(posterior[parameter].1 < 0.8 * plain[parameter].1);

@@ -79,7 +79,7 @@ fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
     let dry = rows.iter().position(|run| run.liquid.is_none()).expect("dry runs");
     let mut worst_normal: f64 = 0.0;
     for run in [wet(0.6), wet(0.3), dry] {
-        for e in [0.0, 0.06, 0.2, 0.4, 0.6, 0.79, 0.87, 1.0] {
+        for e in [0.0, 0.06, 0.4, 0.87, 1.0] {
             let mut rows = rows.clone();
             rows[run].restitution = e;
             let student = moved(&clean[0], &posterior(&place, &rows, LikelihoodFamily::Student, seed));

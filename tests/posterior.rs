@@ -180,10 +180,10 @@ const ASKED: [&str; 3] = [
 ];
 
 #[test]
-#[ignore = "slow: two or three hundred posteriors a model"]
+#[ignore = "slow: a hundred posteriors or more a model"]
 fn truths_drawn_from_the_priors_rank_evenly_among_the_draws() {
-    let of_form = ("truths_drawn_from_the_priors_rank_evenly", 300);
-    let of_scene = ("truths_rank_evenly_under_whatever_a_scene_asks_for", 200);
+    let of_form = ("truths_drawn_from_the_priors_rank_evenly", 150);
+    let of_scene = ("truths_rank_evenly_under_whatever_a_scene_asks_for", 100);
     for (models, (name, scenes)) in [(MODELS, of_form), (ASKED, of_scene)] {
         for model in models {
             for (parameter, z) in ranks(model, name, scenes, Fault::Nothing) {

@@ -270,24 +270,23 @@ fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
 
 #[test]
 fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
-    let are_by = |found: &findings::Findings, method: &str| {
-        let mut of_laws = found.scaling.iter().map(|row| &row.estimates[EInf]);
-        of_laws.all(|estimate| estimate.method == method && estimate.bootstrap.is_some())
-    };
     let mut place = Place::new(&many());
-    let table = place.draw(1, Some(100_800));
+    let table = place.draw(1, Some(MOST_RESAMPLED as u64 + 800));
     let found = findings::fit_least_squares(&place.scene, &table, 1, true);
     let resampling = found.bootstrap.as_ref().expect("the stage ran");
     assert_eq!((resampling.by_sandwich, resampling.resampled_fits), (true, 0));
-    assert!(are_by(&found, "sandwich"));
-    // where the scene wants the interval of least squares, that is quoted
-    place.scene.bootstrap.interval = Some(IntervalMethod::Delta);
-    let found = findings::fit_least_squares(&place.scene, &table, 1, true);
-    assert!(are_by(&found, "delta"));
-    // at the line runs are resampled as ever
-    place.scene.bootstrap.interval = None;
+    let mut of_laws = found.scaling.iter().map(|row| &row.estimates[EInf]);
+    let is_by = |estimate: &Estimate, method: &str| estimate.method == method && estimate.bootstrap.is_some();
+    assert!(of_laws.all(|estimate| is_by(estimate, "sandwich")));
+    // at the line, here one of fewer runs, they are resampled as ever
     place.scene.bootstrap.replicates = 2;
-    let table = place.draw(1, Some(MOST_RESAMPLED as u64));
-    let found = findings::fit_least_squares(&place.scene, &table, 1, true);
-    assert!(are_by(&found, "percentile"));
+    let few = place.draw(1, Some(4_800));
+    let by_sandwich = |most: usize| resampled(&place, &few, most).1.by_sandwich;
+    let runs = few.runs.len();
+    assert_eq!([runs - 1, runs].map(by_sandwich), [true, false]);
+    // where the scene wants the interval of least squares, that is quoted
+    let dry_k = |place: &Place| resampled(place, &few, 0).0.remove(0);
+    assert!(is_by(&dry_k(&place), "sandwich"));
+    place.scene.bootstrap.interval = Some(IntervalMethod::Delta);
+    assert!(is_by(&dry_k(&place), "delta"));
 }

@@ -151,6 +151,19 @@ const WAYS: [(&str, Way); 6] = [
     ),
 ];
 
+impl Way {
+    /// Whether the way is measured: for the page every way is; else, of posteriors, the default and those whose noise acts where
+    /// that of the runs does.
+    fn is_measured(&self, on: On) -> bool {
+        let is_default = matches!(self, Way::Posterior(Sticking::Censored, NoiseOn::Restitution));
+        let is_own = match self {
+            Way::Law(_) => true,
+            Way::Posterior(_, noise) => (*noise == NoiseOn::Both) == (on == On::Energy),
+        };
+        is_update() || is_default || is_own
+    }
+}
+
 /// The share that stuck, and what each way found of each set, where it found something.
 fn measured((share, viscosity): (u32, f64), on: On) -> (f64, [Vec<Found>; WAYS.len()]) {
     let noise = if on == On::Energy { "energy" } else { "restitution" };
@@ -159,6 +172,7 @@ fn measured((share, viscosity): (u32, f64), on: On) -> (f64, [Vec<Found>; WAYS.l
         let read = place.read_rows(&table(viscosity, on, seed));
         let least_squares = findings::fit_least_squares(&place.scene, &read, 1, false);
         let found = WAYS.map(|(_, way)| match way {
+            _ if !way.is_measured(on) => None,
             Way::Law(law) => by_law(&least_squares, law),
             Way::Posterior(sticking, noise) => by_posterior(&place, (sticking, noise), seed),
         });
@@ -177,14 +191,17 @@ fn covered(found: &[Found], level: usize) -> usize {
 /// The rows of the table of one noise and share.
 fn rows(on: On, stuck: f64, by_way: &[Vec<Found>]) -> String {
     let mut text = String::new();
-    for ((way, _), found) in WAYS.iter().zip(by_way) {
+    for ((name, way), found) in WAYS.iter().zip(by_way) {
+        if !way.is_measured(on) {
+            continue;
+        }
         let sets = found.len();
         let values: Vec<f64> = found.iter().map(|own| own.value).collect();
         let (average, se) = mean(&values);
         let percent = |level: usize| format!("{:.1} %", 100.0 * covered(found, level) as f64 / sets as f64);
         let _ = writeln!(
             text,
-            "| {} | {:.0} % | {way} | {sets} | {:.3} ± {se:.3} | {} | {} |",
+            "| {} | {:.0} % | {name} | {sets} | {:.3} ± {se:.3} | {} | {} |",
             if on == On::Energy { "r" } else { "e" },
             100.0 * stuck,
             average - L,
@@ -195,7 +212,7 @@ fn rows(on: On, stuck: f64, by_way: &[Vec<Found>]) -> String {
     text
 }
 
-/// Measures the rows of the middle share of stuck runs; all of them, which take ten minutes, where the page is to be written.
+/// Measures rows of the middle share of stuck runs; all of them, which take ten minutes, where the page is to be written.
 #[test]
 #[ignore = "slow: run with --ignored"]
 fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
@@ -217,7 +234,8 @@ fn the_committed_table_is_measured_and_the_censored_posterior_covers() {
         for share in shares {
             let (stuck, found) = measured(*share, on);
             let rows = rows(on, stuck, &found);
-            assert!(is_written || committed.contains(&rows), "{rows}");
+            let is_committed = |row: &str| committed.lines().any(|line| line == row);
+            assert!(is_written || rows.lines().all(is_committed), "{rows}");
             text.push_str(&rows);
             // the way whose noise is that of the runs
             let matching = &found[if on == On::Restitution { 4 } else { 5 }];

@@ -84,7 +84,7 @@ fn of<'f>(findings: &'f Findings, term: &str) -> &'f SizedTerm {
 }
 
 /// Sets drawn for a coverage.
-const SETS: u64 = 75;
+const SETS: u64 = 50;
 
 /// In how many of so many sets the 95 % interval of a parameter holds its truth.
 fn covered(design: &Design, (terms, dry_speed): (&str, &str), seed: &str) -> usize {

@@ -19,8 +19,8 @@ inertia = "stepwise"
 viscous = "{fitted}"
 [sampler]
 chains = 2
-warmup = 400
-draws = 800
+warmup = 200
+draws = 200
 [truth]
 dry_k = {{ PTFE = 0.183, PE = 0.12 }}
 viscous = "{truth}"

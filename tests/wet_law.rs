@@ -453,7 +453,7 @@ fn held_by_page(designs: &[Design]) -> Counts {
     let page = read_in_project(PAGE);
     let mut all = Counts::default();
     for design in designs {
-        let found = design.count(30);
+        let found = design.count(20);
         // a share that was counted as none or all may be a per cent off
         let z = binomial_z(found.refused, found.sets, on_page(&page, design).clamp(0.01, 0.99));
         assert!(z.abs() < 4.0, "{}: {found:?}", design.name);

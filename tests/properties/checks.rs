@@ -51,7 +51,7 @@ fn check_tells_of_any_scene_and_runs_in_finite_numbers() {
         std::cell::Cell::new(0),
         "check_tells_of_any_scene_and_runs_in_finite_numbers",
     );
-    hold(name, 2000, any_pair(), |(scene, table)| {
+    hold(name, 700, any_pair(), |(scene, table)| {
         let started = Instant::now();
         let Ok(scene) = folder.scene(&scene) else { return };
         let Ok(table) = folder.runs(&scene, &table) else { return };
@@ -72,5 +72,5 @@ fn check_tells_of_any_scene_and_runs_in_finite_numbers() {
         assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
         told.set(told.get() + 1);
     });
-    assert!(told.get() > 150, "{told:?}");
+    assert!(told.get() > 50, "{told:?}");
 }

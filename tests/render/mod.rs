@@ -1,6 +1,7 @@
 //! Renders frames of a falling sphere whose place is known: shaded, with a highlight, before a plate that mirrors it.
 #![allow(dead_code)]
 
+use std::borrow::Borrow;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -280,10 +281,11 @@ impl Picture {
 }
 
 /// Writes pictures as the pages of a TIFF, one after the other, of 8 or of 16 bits.
-pub fn tiff(path: &Path, wide: bool, pictures: impl Iterator<Item = Picture>) {
+pub fn tiff(path: &Path, wide: bool, pictures: impl Iterator<Item = impl Borrow<Picture>>) {
     let mut encoder =
         TiffEncoder::new(BufWriter::new(File::create(path).expect("a place for frames"))).expect("a TIFF");
     for picture in pictures {
+        let picture = picture.borrow();
         let (width, height) = (picture.width as u32, picture.height as u32);
         if wide {
             encoder

@@ -7,6 +7,10 @@ fit() { wetcor fit scene.toml --stages least_squares --out "$@"; }
 little() { (ulimit -v 1500000; "$@"); }
 # a report in `report`
 fitted() { fit report > told.txt; local status=$?; rm told.txt; test $status -le 1; }
+# what a line of the same name says of a JSON file, held by a child of the tests
+holds() { TRANSCRIPTS_LINE="$*" "$TESTS" --exact transcripts::a_line_of_fields_is_held_in_bash_as_here --nocapture > /dev/null; }
+field() { holds field "$@"; }
+count() { holds count "$@"; }
 predict() { wetcor predict r --particle PTFE --liquid AK10 --diameter-mm 4 --film-um 200 --speed-m-s 0.05:2:4; }
 # a prediction at such numbers is a table of numbers, or refused
 numbers() {
@@ -57,10 +61,11 @@ slow() {
     printf '%s\n' '[sampler]' 'chains = 4' 'warmup = 100000' 'draws = 100000' '[model]' 'likelihood = "student"'
 }
 
-# and lines that make it brief
+# and lines that make it brief, and as brief as can be
 brief() {
     printf '%s\n' '[sampler]' 'chains = 2' 'warmup = 150' 'draws = 100' '[bootstrap]' 'replicates = 200'
 }
+briefest() { brief | sed 's/= 1[05]0$/= 40/'; }
 
 # a stranger's file in the report; that it is kept, before it is taken out
 strange() { mkdir -p "$(dirname "report/$1")"; echo "a week of work" > "report/$1"; }
@@ -142,7 +147,7 @@ near() { awk -v a="$1" -v most="$2" -v b="$3" 'BEGIN { exit !(b != "" && (a - b)
 # a fit and a check of the plain example with this model and these of its rows print and write no number that is none; in the
 # figures of the page `inf` is a subscript
 dashes() {
-    { cat "$PLAIN/scene.toml"; brief; echo '[model]'; echo "$1"; } > scene.toml
+    { cat "$PLAIN/scene.toml"; briefest; echo '[model]'; echo "$1"; } > scene.toml
     awk -F , -v OFS=, "$2" "$PLAIN/runs.csv" > runs.csv
     rm -rf report
     wetcor fit scene.toml --stages least_squares,bootstrap,posterior,figures --out report > told.txt 2>&1
@@ -195,8 +200,6 @@ HEIGHTS=particle,diameter_mm,drop_height_mm,rebound_height_mm
 sheet() { echo "== $1"; echo $HEIGHTS; rebounds "$2" $3; }
 # a scene of them: the table or tables, and lines of [data]
 of_heights() { printf '%s\n' '[data]' "runs = $1" "${@:2}" '[particles.PTFE]' 'density_kg_m3 = 2150' > scene.toml; }
-# a main number of a fit
-main_number() { grep -o "\"quantity\":\"$1\"[^}]*\"main\":true,\"source\":[^,]*,\"value\":[^,]*" "$2/findings.json" | head -n 1 | sed 's/.*://'; }
 
 # a prediction of the example's sphere, or of another folder's; without speeds the same sphere
 SPHERE='--particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286'
@@ -237,11 +240,7 @@ reported() {
     simulated '3.175, 8.0' '0.04, 0.08, 0.15' '30, 60, 90, 120, 150' '0.4, 0.8, 1.2, 1.6, 2.0' 4 \
         '[sampler]' 'chains = 2' 'warmup = 200' 'draws = 200'
 }
-# the codes of what cautions of a fit
-cautions() { grep -oE '"code":"[a-z_0-9]*"[^}]*"passed":false,"level":"cautions"' "$1/findings.json" | cut -d '"' -f 4; }
 
-# what a fit found, but for where it stands
-numbers_of() { grep -oE '"quantity":"[^}]*' "$1/findings.json"; }
 # a fit under a seed; its report without times and what the command was
 seeded() { wetcor fit scene.toml --stages least_squares,figures --seed $1 --out "$2" > told$1.txt 2>&1; test $? -le 1; }
 timeless() { rm "$1/timing.json" && sed -i 's| --seed [12]||; s| --out [^ `<&"]*||' "$1/report.md" "$1/report.html"; }
@@ -258,7 +257,7 @@ cell() { awk -F , -v name="$2" -v row="${3:-2}" 'NR == 1 { for (i = 1; i <= NF; 
 series() {
     printf '%s\n' '[data]' 'runs = "runs.csv"' '[particles.PTFE]' 'density_kg_m3 = 2150' 'roughness_um = 5' '[liquids.thin]' \
         'density_kg_m3 = 930' 'viscosity_mPa_s = 9.3' '[liquids.thick]' 'density_kg_m3 = 960' 'viscosity_mPa_s = 20' \
-        '[model]' 'inertia = "stepwise"' 'series_offsets = true' '[sampler]' 'warmup = 300' 'draws = 300' '[truth]' \
+        '[model]' 'inertia = "stepwise"' 'series_offsets = true' '[sampler]' 'chains = 2' 'warmup = 200' 'draws = 200' '[truth]' \
         'dry_k = { PTFE = 0.183 }' 'lubrication_log = 1.85' 'inertial_prefactor = 1.2' 'sigma_dry = 0.01' 'sigma_wet = 0.02' \
         'sigma_series = 0.02' '[design]' 'diameter_mm = { PTFE = [3.175, 4.762, 8.0] }' 'liquids = ["thin", "thick"]' \
         'film_ratio = { PTFE = [0.04, 0.07, 0.1] }' 'height_mm = [30, 60, 90, 120, 150]' \
@@ -295,19 +294,15 @@ rows() {
     fit out --verbose > told.txt 2>&1
     test $? -le 1
 }
-# what failed remarks of a code say, a line each; that there is none of them; that there is one with all of these words
-remarks() { grep -oE "\"code\":\"$1\"[^}]*\"passed\":false[^}]*" out/findings.json | sed 's/.*"text":"//; s/","next_step":.*//'; }
-none() { test -z "$(remarks $1)"; }
+# that no remark of a code failed; that one did, with all of these words
+none() { count out "remarks[code=$1,passed=false]" = 0; }
 one() {
-    test "$(remarks $1 | wc -l)" = 1 || { remarks $1 >&2; return 1; }
-    for words in "${@:2}"; do remarks $1 | grep -qF -- "$words" || { echo "no $words" >&2; remarks $1 >&2; return 1; }; done
+    count out "remarks[code=$1,passed=false]" = 1 || return
+    for words in "${@:2}"; do field out "remarks[code=$1,passed=false].text" has "$words" || return; done
 }
 # columns that contradict each other, which forbids quoting
-contradict() { one columns_agree "$@" && grep -q '"code":"columns_agree"[^}]*"passed":false,"level":"forbids"' out/findings.json; }
+contradict() { one columns_agree "$@" && field out 'remarks[code=columns_agree,passed=false].level' = forbids; }
 agree() { none columns_agree; }
-# how many film groups there are, and a count of the findings
-film_groups() { sed -n '/"film_groups": \[/,/^ \]/p' out/findings.json | grep -c '"particle"'; }
-counted() { grep -o "\"$1\": [0-9]*" out/findings.json | head -n 1 | grep -o '[0-9]*$'; }
 
 COLUMNS=particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution
 # a table of so many runs; the expressions of awk say what is in a row, from the number `run` of it and from `v` and `e`
@@ -342,11 +337,11 @@ few() {
 # whether they are sampled; that they are refused with these words
 is_sampled() {
     wetcor fit scene.toml --stages least_squares,posterior --out out > told.txt 2>&1
-    test $? -le 1 && ! grep -E '^ *"posterior": null' out/findings.json && none runs_to_spare
+    test $? -le 1 && field out posterior != null && none runs_to_spare
 }
 is_refused() {
     wetcor fit scene.toml --stages least_squares,posterior --out out > told.txt 2>&1
-    test $? = 1 && grep -qE '^ *"posterior": null' out/findings.json && remarks "$1" | grep -qF "$2"
+    test $? = 1 && field out posterior = null && one "$1" "$2"
 }
 
 # rebounds of one series of the plain example's liquid or another about its square-root law; runs of one at one speed
@@ -364,8 +359,6 @@ resample() {
     wetcor fit scene.toml --stages least_squares,bootstrap --out out > told.txt 2>&1
     test $? -le 1
 }
-# the rows of estimates of a quantity, by least squares of a law
-estimates() { grep "^  {\"quantity\":\"$1\".*\"source\":\"${2:-square_root_law}\"" out/findings.json; }
 
 # positions of a sphere that falls and rebounds, frame by frame at 1000 Hz: an expression of awk gives its row from the height `h`
 FILMED=file,particle,liquid,diameter_mm,film_um,frame_rate_Hz
@@ -388,8 +381,6 @@ threshold() {
     { echo $COLUMNS; printf 'PTFE,dry,4.762,,%s\n' 0.5,0.842 0.5,0.835 1,0.812 1,0.823 2,0.795 2,0.785
       printf 'PTFE,M50,4.762,380.96,%s\n' "$@"; } > runs.csv
 }
-# of rows of estimates, the ends of the interval of a method at 95 %
-ends() { grep -o "\"method\":\"$1\",\"level\":0.95,\"lo\":[^,]*,\"hi\":[^}]*" | sed 's/.*"lo":\([^,]*\),"hi":/\1 /'; }
 # a design in which every term of the energy balance acts: the terms of the model, changed by sed; and its fit
 terms() {
     rm -f runs.csv
@@ -403,11 +394,9 @@ terms() {
     wetcor simulate scene.toml --out runs.csv && fit out > told.txt 2>&1
     test $? -le 1
 }
-# whether a term is held, and by what it was chosen; its size
-held() { grep -o "\"term\":\"$1\",\"held\":[^}]*" out/findings.json | sed 's/.*"held":\([a-z]*\),"chosen_by":"\([a-z]*\)".*/\1 \2/'; }
-size() { grep -o "\"term\":\"$1\",\"held\":[^}]*" out/findings.json | sed 's/.*"size":\([^,]*\),.*/\1/'; }
-# the parameters of the energy balance, each once
+# whether the terms of a list are held
+held() { for term in "${@:2}"; do field out "terms[term=$term].held" = $1 || return; done; }
+# whether the energy balance has estimates of each quantity of a list
 of_balance() {
-    grep -oE '"quantity":"[a-z_]*"[^}]*"source":"energy_balance"' out/findings.json | cut -d '"' -f 4 |
-        grep -E '^(dry_k|lubrication_log|inertial_prefactor)$' | sort -u | xargs
+    for quantity in "${@:2}"; do count out "estimates[quantity=$quantity,source=energy_balance]" $1 0 || return; done
 }

@@ -1,20 +1,40 @@
 //! Tests of the likelihood a run at a time against the statement as it is written, with slopes taken by differences.
 
+use rayon::prelude::*;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal, StudentsT};
 
 use super::*;
 use crate::runs::RunError;
 
-/// ln of a density and of the probability of less, of tails with so many degrees of freedom; of the normal without.
-fn oracle(nu: Option<f64>, z: f64) -> (f64, f64) {
-    match nu {
-        None => (Normal::standard().ln_pdf(z), ln_normal_cdf(z).0),
-        Some(nu) => {
-            let t = StudentsT::new(0.0, 1.0, nu).expect("valid");
-            // as much of it within 1 as of the normal
-            let c = t.inverse_cdf(Normal::standard().cdf(1.0));
-            let below = if z < 0.0 { t.cdf(c * z) } else { 1.0 - t.cdf(-c * z) };
-            (t.ln_pdf(c * z) + c.ln(), below.ln())
+/// The tails of the statement: normal, or Student's, scaled so that they hold as much within 1 as the normal ones do.
+enum OracleTails {
+    Normal,
+    Student { t: StudentsT, scale: f64 },
+}
+
+impl OracleTails {
+    fn new(nu: Option<f64>) -> OracleTails {
+        let Some(nu) = nu else {
+            return OracleTails::Normal;
+        };
+        let t = StudentsT::new(0.0, 1.0, nu).expect("valid");
+        let scale = t.inverse_cdf(Normal::standard().cdf(1.0));
+        OracleTails::Student { t, scale }
+    }
+
+    fn ln_density(&self, z: f64) -> f64 {
+        match self {
+            OracleTails::Normal => Normal::standard().ln_pdf(z),
+            OracleTails::Student { t, scale } => t.ln_pdf(scale * z) + scale.ln(),
+        }
+    }
+
+    /// ln of the probability of less.
+    fn ln_below(&self, z: f64) -> f64 {
+        match self {
+            OracleTails::Normal => ln_normal_cdf(z).0,
+            OracleTails::Student { t, scale } if z < 0.0 => t.cdf(scale * z).ln(),
+            OracleTails::Student { t, scale } => (1.0 - t.cdf(-scale * z)).ln(),
         }
     }
 }
@@ -53,6 +73,7 @@ struct Oracle<'o> {
     runs: &'o Runs,
     form: Form,
     full: &'o [f64],
+    tails: OracleTails,
     /// the film ratio at which L and C have no trend
     middle: f64,
     errors: Option<Vec<RunError>>,
@@ -100,18 +121,16 @@ impl Oracle<'_> {
         let is_dry = self.dry(run).is_some();
         let sigma = self.of([ParameterKind::SigmaWet, ParameterKind::SigmaDry][usize::from(is_dry)]);
         let limit = self.scene.data.smallest_restitution;
-        let is_student = self.scene.model.likelihood == scene::LikelihoodFamily::Student;
-        let nu = is_student.then_some(self.full[SHAPE_SLOT]);
         let of = |mean: f64| {
             if was_logged {
-                return oracle(nu, (mean - limit) / sigma).1;
+                return self.tails.ln_below((mean - limit) / sigma);
             }
             if self.is_stuck(run) {
-                return oracle(nu, (limit - mean) / sigma).1;
+                return self.tails.ln_below((limit - mean) / sigma);
             }
             let own = self.errors.as_ref().map_or(0.0, |errors| errors[run].restitution_sd);
             let spread = (sigma * q).hypot(own);
-            oracle(nu, (self.runs.restitution[run] - mean * q) / spread).0 - spread.ln()
+            self.tails.ln_density((self.runs.restitution[run] - mean * q) / spread) - spread.ln()
         };
         let v = q * self.runs.impact_speed[run];
         if is_dry || self.scene.model.noise != NoiseOn::Both {
@@ -144,11 +163,13 @@ pub(super) fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f6
     let films = runs.series.iter().flat_map(|series| series.runs());
     let logs: Vec<f64> = films.map(|run| (runs.film[run] / runs.diameter[run]).ln()).collect();
     let errors = runs.errors_with_medians();
+    let is_student = scene.model.likelihood == scene::LikelihoodFamily::Student;
     let oracle = Oracle {
         scene,
         runs,
         form,
         full,
+        tails: OracleTails::new(is_student.then_some(full[SHAPE_SLOT])),
         middle: (logs.iter().sum::<f64>() / logs.len() as f64).exp(),
         true_speeds: errors.as_ref().map(|errors| runs.true_speeds(scene, errors)),
         errors,
@@ -171,7 +192,7 @@ pub(super) fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f6
 /// Every tail, every kind of noise, with and without errors, and with stuck runs counted or not logged.
 #[test]
 fn runs_one_at_a_time_are_summed_as_it_is_written() {
-    let mut cases = 0;
+    let mut cases = vec![];
     for likelihood in [scene::LikelihoodFamily::Normal, scene::LikelihoodFamily::Student] {
         for noise in [NoiseOn::Restitution, NoiseOn::Both] {
             for sticking in [Sticking::Censored, Sticking::Truncated] {
@@ -180,26 +201,31 @@ fn runs_one_at_a_time_are_summed_as_it_is_written() {
                     scene.model.likelihood = likelihood;
                     scene.model.noise = noise;
                     scene.model.sticking = sticking;
-                    let integrated = errors != ErrorsOf::None || noise == NoiseOn::Both;
-                    let each = if integrated { 10 } else { 20 };
-                    let runs = runs(&scene, each, "runs_one_at_a_time_are_summed_as_it_is_written");
-                    let runs = errors.added_to(runs);
-                    // an integral by very many steps takes its time
-                    let forms = if integrated { vec![forms()[0]] } else { forms() };
-                    for form in forms {
-                        agree(&scene, &runs, form, errors, &with_trends(FULL, form));
-                        if likelihood == scene::LikelihoodFamily::Normal && !integrated {
-                            for full in [FULL, WIDE, with_trends(WIDE, form)] {
-                                agree(&scene, &runs, form, errors, &full);
-                            }
-                        }
-                    }
-                    cases += 1;
+                    cases.push((scene, errors));
                 }
             }
         }
     }
-    assert_eq!(cases, 24);
+    assert_eq!(cases.len(), 24);
+    cases.par_iter().for_each(|(scene, errors)| {
+        let (both, errors) = (scene.model.noise == NoiseOn::Both, *errors);
+        // an integral by very many steps takes its time, one in two dimensions the most
+        let (each, forms) = match (both, errors) {
+            (false, ErrorsOf::None) => (20, forms()),
+            (true, ErrorsOf::Apart) => (4, vec![forms()[0]]),
+            _ => (10, vec![forms()[0]]),
+        };
+        let runs = runs(scene, each, "runs_one_at_a_time_are_summed_as_it_is_written");
+        let runs = errors.added_to(runs);
+        for form in &forms {
+            agree(scene, &runs, *form, errors, &with_trends(FULL, *form));
+            if scene.model.likelihood == scene::LikelihoodFamily::Normal && forms.len() > 1 {
+                for full in [FULL, WIDE, with_trends(WIDE, *form)] {
+                    agree(scene, &runs, *form, errors, &full);
+                }
+            }
+        }
+    });
 }
 
 /// So wide a spread that truncation is felt by dry runs, too.
