@@ -161,9 +161,12 @@ impl<R: Read> Records<R> {
 /// Whether a line inside a quoted cell has as many cells as a row of so many: a quote that is not closed takes whole rows.
 fn holds_a_row(cell: &str, separator: u8, width: usize) -> bool {
     let cells_of = |line: &str| line.bytes().filter(|byte| *byte == separator).count() + 1;
-    cell.split(['\n', '\r'])
-        .skip(1)
-        .any(|line| cells_of(line) >= width.max(2))
+    // nearly every cell has one line
+    let first_end = memchr::memchr2(b'\n', b'\r', cell.as_bytes());
+    first_end.is_some_and(|end| {
+        let mut others = cell[end + 1..].split(['\n', '\r']);
+        others.any(|line| cells_of(line) >= width.max(2))
+    })
 }
 
 /// Says that a row has more or fewer cells than the header; in a text a cell may go on over the end of a line.

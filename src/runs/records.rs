@@ -93,14 +93,12 @@ impl<R: Read> Records<R> {
         if !std::mem::take(&mut self.is_put_back) && !self.advance()? {
             return Ok(None);
         }
+        let text = std::str::from_utf8(&self.text[..self.length]).map_err(|_| unreadable("no text"))?;
         let starts = std::iter::once(&0).chain(&self.ends);
-        let cells = starts
-            .zip(&self.ends[..self.width])
-            .map(|(start, end)| &self.text[*start..*end]);
-        let cells: Result<Vec<&str>, _> = cells.map(std::str::from_utf8).collect();
+        let cells = starts.zip(&self.ends[..self.width]).map(|(start, end)| &text[*start..*end]);
         Ok(Some(Record {
             line: self.line,
-            cells: cells.map_err(|_| unreadable("no text"))?,
+            cells: cells.collect(),
         }))
     }
 
