@@ -500,6 +500,24 @@ fn offsets_of_series_hide_no_law_that_fails() {
     }
 }
 
+/// A sphere that must have stuck, written as a slow rebound, bends the tables in which one law holds, and makes no other of it.
+#[test]
+fn one_wrong_slow_rebound_makes_no_linear_law() {
+    let with_wrong_row = |name, law: Law| {
+        let design = Design { name, law, ..USUAL };
+        let scene = scene(design.model);
+        let of_set = |set: u64| {
+            let mut rows = design.draw(set);
+            rows.push(run(PTFE, DIAMETERS[1], Some(("M50", 0.045, 0.045)), 0.4, 0.08));
+            let table = Table::of(runs::arrange(&scene, &rows));
+            Counts::of(&findings::fit_least_squares(&scene, &table, 1, false)).linear
+        };
+        (0..40).into_par_iter().map(of_set).sum::<usize>()
+    };
+    let (of_root, of_line) = (with_wrong_row("one wrong slow rebound", right), with_wrong_row("the same, linear", linear));
+    assert!(of_root <= 2 && of_line >= 20, "{of_root} {of_line}");
+}
+
 const PAGE: &str = "reports/wet_law.md";
 
 /// Writes `reports/wet_law.md` anew.
