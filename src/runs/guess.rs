@@ -2,6 +2,7 @@
 
 use super::headers::called::{called, is_short_for, letters, parted};
 use super::headers::header::in_plain_signs;
+use super::headers::contradicts_its_symbol;
 use super::headers::units::{unit_in_name, unit_of_cell, StatedUnit};
 use super::survey::SurveyedColumn;
 use super::words::is_among;
@@ -150,7 +151,8 @@ pub(super) type NotGuessed = (RunColumn, String);
 
 /// What a column may be, of those that are still free. Fails where nothing like it is known, or its unit leaves it open.
 pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Result<Guess, Option<NotGuessed>> {
-    let (candidate, stated) = candidate(column, is_free).ok_or(None)?;
+    let found = candidate(column, is_free).filter(|_| !contradicts_its_symbol(&in_plain_signs(&column.name)));
+    let (candidate, stated) = found.ok_or(None)?;
     let not_guessed = |why: String| Some((candidate, why));
     if candidate == RunColumn::Restitution && column.name.trim_start().starts_with('E') && parted(&column.name).0 == "e"
     {

@@ -200,3 +200,26 @@ fn a_restitution_agrees_with_speeds_as_far_as_their_digits_tell() {
         assert_eq!(read_csv(&table, &scene).is_ok(), is_read, "{table}");
     }
 }
+
+/// A total at the foot is no run; what is called so from the first run on is a name.
+#[test]
+fn a_word_for_all_runs_labels_a_row_unless_it_is_a_name() {
+    let (scene, _) = plain();
+    let rows_of = |cells: &str| {
+        let row = |name: &str| format!("{name},PTFE,4.762,1.0,0.8\n");
+        let rows: String = cells.split(' ').map(row).collect();
+        let table = format!("block,particle,diameter_mm,impact_speed_m_s,restitution\n{rows}");
+        let collected = read_csv(&table, &scene).unwrap_or_else(|refused| panic!("{cells}: {refused:?}"));
+        collected.in_use.len()
+    };
+    for (cells, runs) in [
+        ("1 2 3 all", 3),
+        ("1 2 Tous 1 2 TOUS", 4),
+        ("1 2 Σ", 2),
+        ("all all all", 3),
+        ("all left right all", 4),
+        ("all all mean", 2),
+    ] {
+        assert_eq!(rows_of(cells), runs, "{cells}");
+    }
+}

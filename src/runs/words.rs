@@ -22,6 +22,12 @@ pub(super) fn is_among(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word)
 }
 
+/// Whether a word is one of a list, or ends with one as `falltime` does.
+pub(super) fn ends_like(list: &str, word: &str) -> bool {
+    let is_end = |own: &str| own.chars().count() >= "time".len() && word.ends_with(own);
+    list.split(' ').any(|own| own == word || is_end(own))
+}
+
 /// The words of a name.
 pub(super) fn words_of(name: &str) -> impl Iterator<Item = &str> {
     name.split(|c: char| !c.is_alphanumeric())

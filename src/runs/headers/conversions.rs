@@ -2,8 +2,7 @@
 
 use super::super::words::is_among;
 use super::called::columns_called;
-use super::header::{Header, ROOTS};
-use super::quantities::{quantities_in, RATIOS, SOURCES};
+use super::header::{Header, ROOTS, SOURCES};
 use super::units::has_factor;
 use crate::scene::RunColumn;
 use crate::units::Dimension;
@@ -114,17 +113,12 @@ fn is_square(header: &Header) -> bool {
 
 /// Whether a name says that one height or energy is divided by another, which gives the square of a restitution.
 fn is_ratio_of_squares(header: &Header) -> bool {
-    let named = quantities_in(&header.lower);
-    let is_named = |column: RunColumn| named.iter().any(|quantity| quantity.is_of(column));
-    let is_told = header.has_end(SOURCES) || is_named(RunColumn::Restitution) || header.contains(ROOTS);
-    let first = header
-        .words
-        .first()
-        .map(|first| columns_called(first))
-        .unwrap_or_default();
-    let is_quotient = header.contains("/ :") || header.has_end(RATIOS) || header.has("over");
-    let of_heights = is_quotient && is_named(RunColumn::ReboundHeight) && !first.contains(&RunColumn::Restitution);
-    let of_energies = is_quotient_of(header.name, 'E') && !header.contains(ROOTS);
+    let has_root = header.contains(ROOTS);
+    let is_told = header.has_end(SOURCES) || header.names(RunColumn::Restitution) || has_root;
+    let is_first = |first: &String| columns_called(first).contains(&RunColumn::Restitution);
+    let of_restitution = header.words.first().is_some_and(is_first);
+    let of_heights = header.is_quotient() && header.names(RunColumn::ReboundHeight) && !of_restitution;
+    let of_energies = is_quotient_of(header.name, 'E') && !has_root;
     of_energies || (is_quotient_of(&header.lower, 'h') || of_heights) && !is_told
 }
 

@@ -29,14 +29,16 @@ struct Atom {
     names: &'static str,
     /// in SI
     size: f64,
+    /// what it is of
+    kind: &'static str,
     powers: Powers,
 }
 
 /// Every one, by `units.txt`.
 static ATOMS: LazyLock<Vec<Atom>> = LazyLock::new(|| {
     let atom = |line: &'static str| {
-        let (kind, names) = line.split_once(": ")?;
-        let (size, kind) = kind.split_once(' ')?;
+        let (size, names) = line.split_once(": ")?;
+        let (size, kind) = size.split_once(' ')?;
         let powers = match kind {
             "length" => LENGTH,
             "time" => TIME,
@@ -45,7 +47,12 @@ static ATOMS: LazyLock<Vec<Atom>> = LazyLock::new(|| {
             _ => ANOTHER,
         };
         let size = size.parse().ok()?;
-        Some(Atom { names, size, powers })
+        Some(Atom {
+            names,
+            size,
+            kind,
+            powers,
+        })
     };
     include_str!("units.txt").lines().filter_map(atom).collect()
 });
@@ -60,12 +67,33 @@ const UNCLEAR: &str = "in ms sec second seconds min grad deg rad foot";
 struct Measure {
     size: f64,
     powers: Powers,
+    /// what the last atom is of that is no length, time, speed or share
+    other: &'static str,
     atoms: usize,
     /// letters of the first atom
     letters: usize,
 }
 
 impl Measure {
+    /// What it is of, as `quantities.txt` calls it; `another` of what is not known there.
+    fn kind(&self) -> &'static str {
+        match (self.other, self.powers) {
+            (_, LENGTH) => "length",
+            (_, TIME) => "time",
+            (_, SPEED) => "speed",
+            (_, SHARE) => "share",
+            (_, [2, 0, 0]) => "area",
+            (_, [3, 0, 0]) => "volume",
+            (_, [0, -1, 0]) => "frequency",
+            (_, [1, -2, 0]) => "acceleration",
+            ("mass", [-3, 0, 1]) => "density",
+            ("pressure", [0, 1, 1]) => "viscosity",
+            ("force", [-1, 0, 1]) => "tension",
+            (other, [0, 0, 1]) => other,
+            _ => "another",
+        }
+    }
+
     fn is_of(&self, dimension: Dimension) -> bool {
         let own = match dimension {
             Dimension::Speed => SPEED,
@@ -109,6 +137,7 @@ fn measure(text: &str) -> Option<Measure> {
     let mut read = Measure {
         size: 1.0,
         powers: [0; 3],
+        other: "another",
         atoms: 0,
         letters: 0,
     };
@@ -143,10 +172,11 @@ fn measure(text: &str) -> Option<Measure> {
             "" => 1,
             exponent => exponent.parse().ok()?,
         };
-        let (size, powers) = match ATOMS.iter().find(|atom| is_among(atom.names, name))? {
-            // what a length is divided by is a time
-            atom if atom.names == "ms mps" && is_below && read.atoms > 0 => (1e-3, TIME),
-            atom => (atom.size, atom.powers),
+        let atom = ATOMS.iter().find(|atom| is_among(atom.names, name))?;
+        // what a length is divided by is a time
+        let (size, powers) = match atom.names == "ms mps" && is_below && read.atoms > 0 {
+            true => (1e-3, TIME),
+            false => (atom.size, atom.powers),
         };
         // the `ms-1` of metres a second
         let exponent = if powers == SPEED && exponent == -1 { 1 } else { exponent };
@@ -160,6 +190,7 @@ fn measure(text: &str) -> Option<Measure> {
         (0..2).for_each(|at| read.powers[at] += sign * exponent * powers[at]);
         // the pixels a frame are no plain number
         read.powers[2] += powers[2];
+        read.other = if powers[2] > 0 { atom.kind } else { read.other };
         read.atoms += 1;
         if read.atoms == 1 {
             read.letters = name.chars().count();
@@ -194,21 +225,18 @@ fn power_of_ten(token: &str, is_below: bool) -> Option<i32> {
 
 /// A text with `^-5` in place of `⁻⁵`.
 fn with_plain_exponents(text: &str) -> String {
-    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻";
+    const PLAIN: &str = "0123456789-";
     let mut plain = String::new();
     let mut was_raised = false;
     for c in text.chars() {
-        let digit = RAISED.chars().position(|raised| raised == c);
-        let lowered = match digit {
-            Some(digit) => char::from_digit(digit as u32, 10),
-            None if c == '⁻' => Some('-'),
-            None => None,
-        };
+        let mut signs = RAISED.chars().zip(PLAIN.chars());
+        let lowered = signs.find(|(raised, _)| *raised == c);
         if lowered.is_some() && !was_raised {
             plain.push('^');
         }
         was_raised = lowered.is_some();
-        plain.push(lowered.unwrap_or(c));
+        plain.push(lowered.map_or(c, |(_, plain)| plain));
     }
     plain
 }
@@ -302,6 +330,12 @@ fn is_length(dimension: Dimension) -> bool {
 pub(in crate::runs) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)> {
     let mut units = in_brackets(name).filter_map(|own| Some((own.before, unit_of(own.inside)?)));
     units.next()
+}
+
+/// What a unit in brackets is of, and how it is written, in small letters.
+pub(super) fn kind_in_brackets(name: &str) -> Option<(&'static str, String)> {
+    let mut inside = in_brackets(name).map(|own| own.inside.trim().to_lowercase());
+    inside.find_map(|text| Some((measure(&text)?.kind(), text)))
 }
 
 /// A part of a name in brackets.
