@@ -23,35 +23,42 @@ const ENERGIES: &str = "energ énerg kinetic kinetisch";
 const LOSSES: &str = "loss losses lost verlust verluste perte dissipation dissipated absorbed";
 
 /// What a header says that some power or factor turns into the quantity of its column, and how.
-pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<&'static str> {
-    match column {
-        RunColumn::Diameter if is_radius(header) => Some(
-            "by its name it is a radius; expected the diameter: add a column with twice its numbers to the table, and name \
-             that one",
-        ),
-        RunColumn::FilmRatio if is_over_radius(header) => Some(
-            "by its name it is the film over the radius; expected δ/D, the film over the diameter: add a column with half its \
-             numbers to the table, and name that one",
-        ),
-        RunColumn::Restitution if is_square(header) || is_ratio_of_squares(header) => Some(
-            "by its name it is the square of a restitution or a share of energy; expected e, rebound over impact speed: add \
-             a column of e to the table (of e² its square root), and name that one",
-        ),
-        RunColumn::Restitution if is_loss(header) => Some(
-            "by its name it is what the impact takes, as 1 − e; expected e, rebound over impact speed: add a column of e to the \
-             table, and name that one",
-        ),
-        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed if is_square(header) => Some(
-            "by its name it is the square of a speed or an energy; expected the speed: add a column of it to the table, and \
-             name that one",
-        ),
+pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<String> {
+    let [found, expected, added] = match column {
+        RunColumn::Diameter if is_radius(header) => {
+            ["it is a radius", "the diameter", "with twice its numbers to the table"]
+        }
+        RunColumn::FilmRatio if is_over_radius(header) => [
+            "it is the film over the radius",
+            "δ/D, the film over the diameter",
+            "with half its numbers to the table",
+        ],
+        RunColumn::Restitution if is_square(header) || is_ratio_of_squares(header) => [
+            "it is the square of a restitution or a share of energy",
+            "e, rebound over impact speed",
+            "of e to the table (of e² its square root)",
+        ],
+        RunColumn::Restitution if is_loss(header) => [
+            "it is what the impact takes, as 1 − e",
+            "e, rebound over impact speed",
+            "of e to the table",
+        ],
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed if is_square(header) => [
+            "it is the square of a speed or an energy",
+            "the speed",
+            "of it to the table",
+        ],
         // of a share in per cent the factor is the unit
-        _ if column.is_number() && column.dimension() != Dimension::Share && has_factor(&header.lower) => Some(
-            "by its name its numbers are multiplied by a power of ten; expected the quantity itself: add a column of it to the \
-             table, and name that one",
-        ),
-        _ => None,
-    }
+        _ if column.is_number() && column.dimension() != Dimension::Share && has_factor(&header.lower) => [
+            "its numbers are multiplied by a power of ten",
+            "the quantity itself",
+            "of it to the table",
+        ],
+        _ => return None,
+    };
+    Some(format!(
+        "by its name {found}; expected {expected}: add a column {added}, and name that one"
+    ))
 }
 
 fn is_radius(header: &Header) -> bool {

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use super::super::words::{ends_like, is_among, without_brackets, words_of};
 use super::called::called_as;
 use super::quantities::{quantities_in, quantities_of_symbol, quantity_of_kind, Quantities, Quantity};
-use super::units::kind_in_brackets;
+use super::units::kind_beside;
 use crate::scene::RunColumn;
 
 /// Columns whose headers name what is measured.
@@ -32,8 +32,7 @@ pub(super) type Instead = (&'static str, Option<RunColumn>);
 pub(super) const SOURCES: &str = "from by via aus durch par using";
 
 /// Words for a quotient.
-const RATIOS: &str =
-    "ratio ratios quotient verhältnis verhaeltnis rapport rapporto razón relación отношение";
+const RATIOS: &str = "ratio ratios quotient verhältnis verhaeltnis rapport rapporto razón relación отношение";
 
 /// A header as it was read.
 pub(super) struct Header<'n> {
@@ -51,7 +50,7 @@ pub(super) struct Header<'n> {
     pub called: Vec<RunColumn>,
     /// the quantities of its words
     pub named: Quantities,
-    /// those of its symbol, as far as these may be in the unit that stands in brackets
+    /// those of its symbol, as far as these may be in the unit that stands beside it
     pub of_symbol: Quantities,
     /// what that unit is of, where its symbol stands for nothing in such a unit
     pub of_unit: Option<&'static Quantity>,
@@ -65,7 +64,7 @@ impl<'n> Header<'n> {
         let all_of_symbol = quantities_of_symbol(symbol);
         let mut of_symbol = all_of_symbol.clone();
         let mut of_unit = None;
-        if let Some((kind, written)) = kind_in_brackets(name) {
+        if let Some((kind, written)) = kind_beside(symbol, name) {
             of_symbol.retain(|quantity| quantity.may_be_in(kind, &written));
             if of_symbol.len() < all_of_symbol.len() {
                 called.retain(|column| of_symbol.iter().any(|quantity| quantity.shares_units_with(*column)));

@@ -34,7 +34,7 @@ const KEPT: &str =
     "in valid valide gültig gueltig ok good gut use used usable keep kept include included brauchbar bon accept \
                     accepted pass passed is to fit verwendet verwendbar ordnung i o io válido valido";
 
-/// Whether the unit in brackets is none that the symbol of a header may have, as in `d (s)`.
+/// Whether the unit beside the symbol of a header is none that it may have, as in `d (s)`.
 pub(super) fn contradicts_its_symbol(name: &str) -> bool {
     Header::new(name).of_unit.is_some()
 }
@@ -44,7 +44,7 @@ pub(super) fn contradicts_its_symbol(name: &str) -> bool {
 pub(super) fn other_quantity(name: &str, column: RunColumn, key: &str) -> Option<String> {
     let header = Header::new(name);
     if let Some(expected) = known_conversion(&header, column) {
-        return Some(expected.to_owned());
+        return Some(expected);
     }
     if column == RunColumn::Exclude && header.words.iter().all(|word| is_among(KEPT, word)) {
         return Some(format!(

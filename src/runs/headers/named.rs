@@ -3,7 +3,7 @@
 use super::super::words::{is_among, words_of};
 use super::called::columns_called;
 use super::header::{in_few_words, Header, Instead, ROOTS, SOURCES};
-use super::quantities::{quantities_in, QUANTITIES};
+use super::quantities::{quantities_in, quantities_of_symbol, QUANTITIES};
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 
@@ -75,7 +75,10 @@ pub(super) fn named_quantity(header: &Header, column: RunColumn) -> Option<Inste
     }
     // a unit that the symbol cannot have says what it is
     if let Some(found) = header.of_unit.filter(|_| header.named.is_empty()) {
-        return (!found.shares_units_with(column)).then_some((found.name, None));
+        let mut of_symbol = quantities_of_symbol(symbol).into_iter();
+        // of the right symbol, one that another column has is refused as a unit
+        let is_told = ["a length", "a speed"].contains(&found.name) && of_symbol.any(|own| own.is_of(column));
+        return (!is_told && !found.shares_units_with(column)).then_some((found.name, None));
     }
     let is_own_symbol = header.of_symbol.iter().any(|quantity| quantity.is_of(column));
     let has_symbol = is_own_symbol || columns_called(symbol).contains(&column);

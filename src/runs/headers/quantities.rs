@@ -86,5 +86,7 @@ pub(super) fn quantities_of_symbol(symbol: &str) -> Quantities {
 
 /// The quantity that is called like what a unit is of.
 pub(super) fn quantity_of_kind(kind: &str) -> Option<&'static Quantity> {
-    QUANTITIES.iter().find(|quantity| quantity.name.split(' ').next_back() == Some(kind))
+    QUANTITIES
+        .iter()
+        .find(|quantity| quantity.name.split(' ').next_back() == Some(kind))
 }
