@@ -1,8 +1,8 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
 use super::headers::called::{called, is_short_for, letters, parted};
-use super::headers::header::in_plain_signs;
 use super::headers::contradicts_its_symbol;
+use super::headers::header::in_plain_signs;
 use super::headers::units::{unit_in_name, unit_of_cell, StatedUnit};
 use super::survey::SurveyedColumn;
 use super::words::is_among;
@@ -257,14 +257,14 @@ fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runs::columns::Header;
+    use crate::runs::columns::TableHeader;
     use crate::runs::survey::Survey;
     use crate::runs::tests::examples;
 
     fn guessed(name: &str, cells: &[&str]) -> Option<(String, bool)> {
-        let mut survey = Survey::new(Header {
+        let mut survey = Survey::new(TableHeader {
             names: vec![name.to_owned()],
-            ..Header::default()
+            ..TableHeader::default()
         });
         for cell in cells {
             survey.add(2, [*cell]);

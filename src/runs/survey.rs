@@ -1,6 +1,6 @@
 //! Surveys the columns of a table without a scene: what each is called, and what stands in it.
 
-use super::columns::{present, Header};
+use super::columns::{present, TableHeader};
 use super::decimals::parse_number;
 use super::headers::called::columns_called;
 use super::headers::units::is_row_of_units;
@@ -70,7 +70,7 @@ pub(super) struct LabelledRow {
 }
 
 impl Survey {
-    pub fn new(header: Header) -> Survey {
+    pub fn new(header: TableHeader) -> Survey {
         let mut units = header.units.into_iter();
         let mut above = header.units_above.into_iter();
         let column = |name| {

@@ -9,7 +9,7 @@ use zip::result::ZipError;
 
 use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{rows_in_words, Collected, SheetRead};
-use super::columns::{unnamed_column, Header, TableLayout, MOST_ABOVE};
+use super::columns::{unnamed_column, TableHeader, TableLayout, MOST_ABOVE};
 use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
 use super::refusals::{readable, whole_file, CellPlace};
@@ -171,7 +171,7 @@ impl Sheet<'_, '_> {
     }
 
     /// Reads the header: the names, and a row of units below them where there is one.
-    pub fn header(&mut self, naming: &Naming) -> Result<Header, Vec<Problem>> {
+    pub fn header(&mut self, naming: &Naming) -> Result<TableHeader, Vec<Problem>> {
         let mut header = self.names(naming)?;
         let width = header.names.len();
         self.fill(1)?;
@@ -186,7 +186,7 @@ impl Sheet<'_, '_> {
     }
 
     /// Reads the names, in the row that the scene says or the first that is not empty, and the units above them.
-    pub fn names(&mut self, naming: &Naming) -> Result<Header, Vec<Problem>> {
+    pub fn names(&mut self, naming: &Naming) -> Result<TableHeader, Vec<Problem>> {
         self.hidden_rows = naming.hidden_rows;
         let expected = "a row of column names and one row a run";
         let first = naming.header_row.unwrap_or(1);
@@ -211,10 +211,10 @@ impl Sheet<'_, '_> {
                 }
             }
         };
-        Ok(Header {
+        Ok(TableHeader {
             line: Some(names.number),
             sheet: Some(self.read.name.clone()),
-            ..Header::of(&above, names.trimmed(names.width()))
+            ..TableHeader::of(&above, names.trimmed(names.width()))
         })
     }
 
@@ -253,7 +253,7 @@ impl Sheet<'_, '_> {
     }
 
     /// Refuses a hidden column with a name, for tables that no scene can speak of.
-    pub fn refuse_hidden_columns(&self, header: &Header) -> Result<(), Vec<Problem>> {
+    pub fn refuse_hidden_columns(&self, header: &TableHeader) -> Result<(), Vec<Problem>> {
         let named = header.names.iter().enumerate().filter(|(_, name)| !name.is_empty());
         let hidden = named.filter(|(index, _)| self.hides_column(*index));
         let problems =
