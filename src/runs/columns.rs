@@ -3,6 +3,7 @@
 use super::headers::called::parted;
 use super::headers::header::in_plain_signs;
 use super::headers::heights::{other_height, other_height_by_line};
+use super::headers::remarks::unknown_word;
 use super::headers::units::{
     unit_in_brackets, unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit,
 };
@@ -408,6 +409,7 @@ impl Matching<'_> {
         let of_group = parted(&title).1.filter(|stated| has_none && is_unit_of(stated, column));
         let of_legend = legend.as_ref().filter(|_| has_none && is_own);
         let of_legend = of_legend.and_then(|[with_name, _]| unit_in_name(with_name, dimension));
+        let has_no_unit = has_none && by_name.is_none() && of_group.is_none() && of_legend.is_none();
         for (stated, by) in [
             (by_name, "its name"),
             (below, "the row below its name"),
@@ -422,7 +424,17 @@ impl Matching<'_> {
         let mut lines = header.lines_above.iter();
         let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
         let height = by_name.or_else(by_title).or_else(by_line);
-        for expected in other.into_iter().chain(height) {
+        let is_doubtful = told.is_some() && is_own && has_no_unit && height.is_none();
+        let unknown = unknown_word(&plain, dimension).filter(|_| is_doubtful);
+        let unknown = unknown.map(|word| {
+            format!(
+                "by its name it may be in {}, which is no unit that is known; expected {}: convert its numbers, or leave the word \
+                 out of the name where it is no unit",
+                quoted(word),
+                names_in_words(column.base(), dimension)
+            )
+        });
+        for expected in other.into_iter().chain(height).chain(unknown) {
             self.refuse(name, expected);
         }
     }

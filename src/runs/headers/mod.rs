@@ -10,6 +10,7 @@
 //! | `heights.rs` | tells which point of the sphere a height refers to, and what it is measured from |
 //! | `spreads.rs` | tells a standard deviation from a standard error, and both from other spreads |
 //! | `named.rs` | tells which quantity a header names in place of the one that its column takes |
+//! | `remarks.rs` | asks about a word in the place of a unit that is no unit and no remark of `remarks.txt` |
 //! | `examples.txt` | headers and cells that laboratories write, with what must be made of them |
 
 pub(super) mod called;
@@ -18,6 +19,7 @@ pub(super) mod header;
 pub(super) mod heights;
 mod named;
 mod quantities;
+pub(super) mod remarks;
 mod spreads;
 pub(super) mod units;
 

@@ -17,13 +17,13 @@ const DIVISORS: &str = "d r 2r dp d_p rp r_p ds d_s h0 h_0 v0 v_0 vi v_i diamete
 const ALONG: &str = "tangential tangentiell tangentielle horizontal transverse";
 
 /// Words of what comes before an impact, and of what comes after it.
-const ROLES: [&str; 2] = [
+pub(super) const ROLES: [&str; 2] = [
     "impact incoming incident aufprall auftreff aufprallgeschwindigkeit auftreffgeschwindigkeit drop release fallhöhe impacto impatto",
     "rebound reb bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out rebote rimbalzo отскока",
 ];
 
 /// Words that say that a quantity was taken before one of the two, and after it.
-const MOMENTS: [&str; 2] = ["before vor avant prior pre до", "after nach après post danach после"];
+pub(super) const MOMENTS: [&str; 2] = ["before vor avant prior pre до", "after nach après post danach после"];
 
 /// Words of what comes before the impact, after which a speed is that of the impact.
 const FALLS: &str = "release drop fall";

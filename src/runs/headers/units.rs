@@ -58,10 +58,10 @@ static ATOMS: LazyLock<Vec<Atom>> = LazyLock::new(|| {
 });
 
 /// Atoms that are units only with others: `min` is a minimum, `PA` a polyamide, `n` the normal.
-const ONLY_WITH_OTHERS: &str = "h hr hour hours min minute minutes n mn pa mpa j w k c l frame kt";
+const ONLY_WITH_OTHERS: &str = "h hr hour hours ч час min minute minutes n mn pa mpa j w k c l frame kt";
 
 /// What is a unit only where something sets it off, or nothing else is in the name of a length.
-const UNCLEAR: &str = "in ms sec second seconds min grad deg rad foot";
+const UNCLEAR: &str = "in ins ms sec second seconds min grad deg rad foot";
 
 /// A unit as it is read from a text.
 struct Measure {
@@ -339,13 +339,13 @@ pub(super) fn kind_beside(symbol: &str, name: &str) -> Option<(&'static str, Str
 }
 
 /// A part of a name in brackets.
-struct Bracketed<'n> {
+pub(super) struct Bracketed<'n> {
     before: &'n str,
-    inside: &'n str,
+    pub inside: &'n str,
     is_square: bool,
 }
 
-fn in_brackets(name: &str) -> impl Iterator<Item = Bracketed<'_>> {
+pub(super) fn in_brackets(name: &str) -> impl Iterator<Item = Bracketed<'_>> {
     name.match_indices(['(', '[']).map(|(at, bracket)| {
         let is_square = bracket == "[";
         let inside = &name[at + 1..];
