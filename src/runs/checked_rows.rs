@@ -144,7 +144,8 @@ impl<'s, 't> CheckedRows<'s, 't> {
                 continue;
             }
             match self.number(column, cell(place), at) {
-                Ok(value) => row.set(column, value.map(|value| place.unit.to_si(value))),
+                // the sign of a zero says nothing
+                Ok(value) => row.set(column, value.map(|value| place.unit.to_si(value) + 0.0)),
                 Err(_) if is_of_dry => {}
                 Err(expected) => bad.push(BadCell { column, expected }),
             }

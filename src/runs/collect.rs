@@ -16,7 +16,7 @@ use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
 use super::words::words_for_no;
 use crate::error::{file_name, quoted, Problem};
 use crate::remark::{Level, Remark};
-use crate::rounding::by_number;
+use crate::rounding::{by_number, counted};
 use crate::scene::{RunColumn, Scene};
 
 const LIQUIDS_WITHOUT_RUNS: &str = "liquids_without_runs";
@@ -28,18 +28,20 @@ const LABELLED_ROWS: &str = "labelled_rows";
 const AVERAGED_ROWS: &str = "averaged_rows";
 const DRY_BESIDE_FILM: &str = "dry_beside_film";
 const EXCLUDE_BY_YES: &str = "exclude_by_yes";
+const EXCLUDED_MOST: &str = "excluded_most";
 const HIDDEN_ROWS: &str = "hidden_rows";
 const HIDDEN_COLUMNS: &str = "hidden_columns";
 pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 15] = [
+pub(crate) const OF_READING: [&str; 16] = [
     SHEETS_NOT_READ,
     LIQUIDS_WITHOUT_RUNS,
     HIDDEN_ROWS,
     HIDDEN_COLUMNS,
     LABELLED_ROWS,
+    EXCLUDED_MOST,
     HEIGHTS_ASSUMED,
     UNKNOWN_COLUMN,
     UNHEEDED_COLUMN,
@@ -97,6 +99,9 @@ pub(crate) const OTHER_LABEL: &str = "give those rows another label to use them"
 
 /// What uses runs that the column of reasons leaves out.
 const CLEAR_EXCLUDE: &str = "clear the word in the column `exclude` to use those excluded";
+
+/// What stands for the reasons beyond those that are told apart.
+const OTHER_REASON: &str = "another reason";
 
 /// A whole file, collected.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -188,9 +193,8 @@ impl Collected {
     pub fn exclude(&mut self, reason: &str, runs: usize) {
         /// reasons that are told apart: a report tells them all
         const MOST: usize = 20;
-        const OTHER: &str = "another reason";
         let is_told = self.excluded.len() < MOST || self.excluded.iter().any(|(known, _)| known == reason);
-        let reason = if is_told { reason } else { OTHER };
+        let reason = if is_told { reason } else { OTHER_REASON };
         match self.excluded.iter_mut().find(|(known, _)| known == reason) {
             Some((_, all)) => *all += runs,
             None => self.excluded.push((reason.to_owned(), runs)),
@@ -213,6 +217,22 @@ impl Collected {
         let next = "nothing; a run is left out by any other word there";
         let notice = Remark::new(EXCLUDE_BY_YES, words.len(), text, next);
         (!words.is_empty()).then(|| notice.at(Level::Informs))
+    }
+
+    /// Questions a word of the column `exclude` that leaves out most rows of the table, as a word for a good run would.
+    pub fn excluded_most(&self, path: &Path) -> Option<Remark> {
+        let told = self.excluded.iter().filter(|(word, _)| word != OTHER_REASON);
+        let (word, runs) = told
+            .max_by_key(|(_, runs)| *runs)
+            .filter(|(_, runs)| 2 * runs > self.rows)?;
+        let text = format!(
+            "{}: {} in the column `exclude` leaves out {runs} of {}",
+            file_name(path),
+            quoted(word),
+            counted(self.rows, "run")
+        );
+        let next = "leave the cells of the runs to keep empty, if the word is no reason to leave a run out";
+        Some(Remark::new(EXCLUDED_MOST, *runs, text, next))
     }
 
     /// Adds the next table, which this may be the first of; what is told of each table by itself is not taken.
@@ -377,7 +397,11 @@ impl Collected {
     /// Says how many runs rebounded faster than they fell.
     pub fn above_one(&self) -> Option<Remark> {
         let runs = self.above_one;
-        let text = format!("{runs} runs rebounded faster than they fell, by at most 10 %; they are kept");
+        let (they, are) = by_number(runs, ("it", "is"), ("they", "are"));
+        let text = format!(
+            "{} rebounded faster than {they} fell, by at most 10 %; {they} {are} kept",
+            counted(runs, "run")
+        );
         let next = "check the speed calibration of these runs";
         (runs > 0).then(|| Remark::new(RESTITUTION_ABOVE_ONE, runs, text, next))
     }

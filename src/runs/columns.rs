@@ -430,7 +430,7 @@ impl Matching<'_> {
             format!(
                 "by its name it may be in {}, which is no unit that is known; expected {}: convert its numbers, or leave the word \
                  out of the name where it is no unit",
-                quoted(word),
+                quoted(&word),
                 names_in_words(column.base(), dimension)
             )
         });

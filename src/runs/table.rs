@@ -150,6 +150,7 @@ impl<'p> Joined<'p> {
             table.heights_assumed(),
             table.unheeded_columns(path),
             table.excluded_by_yes(path),
+            table.excluded_most(path),
         ];
         self.unknown.push((file_name(path), table.remarks.unknown.clone()));
         self.tells_liquid |= table.remarks.tells_liquid;

@@ -59,7 +59,9 @@ fn is_remark(word: &str) -> bool {
     if is_abbreviation || !quantities_of_symbol(symbol).is_empty() || !columns_called(word).is_empty() {
         return true;
     }
-    let remarks = include_str!("remarks.txt").lines().filter(|line| !line.starts_with('#'));
+    let remarks = include_str!("remarks.txt")
+        .lines()
+        .filter(|line| !line.starts_with('#'));
     let lists = || remarks.clone().chain(OF_HEIGHTS).chain(ROLES).chain(MOMENTS);
     let is_known = |word: &str| {
         let is_long = word.chars().count() >= FEWEST;
