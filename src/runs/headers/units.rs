@@ -61,7 +61,7 @@ static ATOMS: LazyLock<Vec<Atom>> = LazyLock::new(|| {
 const ONLY_WITH_OTHERS: &str = "h hr hour hours ч час min minute minutes n mn pa mpa j w k c l frame kt";
 
 /// What is a unit only where something sets it off, or nothing else is in the name of a length.
-const UNCLEAR: &str = "in ins ms sec second seconds min grad deg rad foot";
+const UNCLEAR: &str = "in ins ms sec second seconds seg min grad deg rad foot pied piede fuß fuss";
 
 /// A unit as it is read from a text.
 struct Measure {
