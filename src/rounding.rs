@@ -4,7 +4,7 @@
 const MOST_DECIMALS: i32 = 17;
 
 /// From here on digits before the point are written as a power of ten.
-const LARGE: f64 = 1e6;
+pub const LARGE: f64 = 1e6;
 
 /// What stands where there is no number.
 pub const NONE: &str = "–";

@@ -118,6 +118,11 @@ pub fn summarise_runs(scene: &Scene, table: &Table, least_squares: &Findings) ->
             table.notices.clone(),
             noise::noise_notices(scene, least_squares.noise.as_ref()),
             least_squares.checks().filter_map(of_table).collect(),
+            least_squares
+                .notices()
+                .filter(|notice| remarks::COLUMNS_DISAGREE.is(notice))
+                .cloned()
+                .collect(),
         ]
         .concat(),
         noise: least_squares.noise.clone(),

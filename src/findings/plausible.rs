@@ -12,7 +12,7 @@ use super::remarks::{self, shortened, Kind};
 use crate::model::parameters::ParameterKind;
 use crate::physics::numbers::same_diameter;
 use crate::remark::Remark;
-use crate::rounding::to_digits;
+use crate::rounding::{significant, to_digits, LARGE};
 use crate::runs::{Runs, Series};
 use crate::scene::{Particle, Scene, DRY};
 use crate::units::{Dimension, Unit};
@@ -77,8 +77,11 @@ const APART: f64 = 50.0;
 /// An uncertain number is questioned where it stays outside over so many of its standard errors.
 const SURE: f64 = 2.0;
 
-/// A number in few digits.
+/// A number in few digits, a large one as a power of ten.
 fn short(x: f64) -> String {
+    if x.abs() >= LARGE {
+        return significant(x, 3);
+    }
     to_digits(x, 3).to_string()
 }
 
@@ -497,7 +500,7 @@ mod tests {
     fn a_likely_slip_is_named() {
         let value = DENSITY.dimension.usual_to_si(2.15e6);
         let expected =
-            "density of PTFE is 2150000 kg/m³, outside 300 to 25000 kg/m³: 0.001 times that would do, as where a \
+            "density of PTFE is 2.15e6 kg/m³, outside 300 to 25000 kg/m³: 0.001 times that would do, as where a \
                         unit was mistaken";
         assert_eq!(DENSITY.question("PTFE", [value].into_iter()).as_deref(), Some(expected));
     }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::collect::Collected;
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, rounding_of, Decimals};
-use super::labels::{is_count, label, Label};
+use super::labels::{is_count, Label, NamesForAll};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
 use super::read_run::ReadRun;
@@ -61,6 +61,7 @@ pub(super) struct CheckedRows<'s, 't> {
     pub collected: Collected,
     decimals: Decimals<RunColumn>,
     liquids: LiquidCells,
+    names_for_all: NamesForAll,
     /// of those that nobody prints only the number is kept, since there may be one a cell
     pub problems: Problems,
     /// whether a wet run lacks a column of films
@@ -81,6 +82,7 @@ impl<'s, 't> CheckedRows<'s, 't> {
             collected: Collected::new(&layout.remarks),
             decimals: Decimals::new(),
             liquids: LiquidCells::default(),
+            names_for_all: NamesForAll::default(),
             problems: Problems::default(),
             wants_film: false,
         }
@@ -91,9 +93,10 @@ impl<'s, 't> CheckedRows<'s, 't> {
     pub fn add<'c>(
         &mut self,
         at: CellPlace,
-        texts: impl Iterator<Item = &'c str>,
+        texts: impl Iterator<Item = &'c str> + Clone,
         cell: impl Fn(&ColumnPlace) -> Option<Cell<&'c str>>,
     ) {
+        self.names_for_all.see(texts.clone());
         let layout = self.layout;
         let text = |(column, place): &(RunColumn, &ColumnPlace)| (*column, cell(place).map(Cell::text));
         let words: Vec<(RunColumn, Option<Cow<str>>)> = self.words.iter().map(text).collect();
@@ -116,10 +119,10 @@ impl<'s, 't> CheckedRows<'s, 't> {
             if self.knows(*index, text, &row) {
                 return false;
             }
-            match label(text) {
+            match self.names_for_all.label(*index, text) {
                 // that it is a mean it says itself
                 Some(Label::Mean) => !is_mean_of_runs,
-                Some(Label::Other) => true,
+                Some(Label::Other | Label::All) => true,
                 // a count of rows stands below names, where in any other column it may be one of averaged runs
                 None => names_spheres(*index) && is_count(text),
             }
@@ -141,7 +144,8 @@ impl<'s, 't> CheckedRows<'s, 't> {
                 continue;
             }
             match self.number(column, cell(place), at) {
-                Ok(value) => row.set(column, value.map(|value| place.unit.to_si(value))),
+                // the sign of a zero says nothing
+                Ok(value) => row.set(column, value.map(|value| place.unit.to_si(value) + 0.0)),
                 Err(_) if is_of_dry => {}
                 Err(expected) => bad.push(BadCell { column, expected }),
             }
@@ -191,7 +195,10 @@ impl<'s, 't> CheckedRows<'s, 't> {
         match column.map(|(column, _)| *column) {
             Some(column @ RunColumn::Particle) => self.checker.knows(column, row.word(column)),
             Some(column @ RunColumn::Liquid) => row.is_dry() || self.checker.knows(column, row.word(column)),
-            Some(column) => self.layout.read(column, text).is_some_and(|word| label(word).is_none()),
+            Some(column) => {
+                let word = self.layout.read(column, text);
+                word.is_some_and(|word| self.names_for_all.label(index, word).is_none())
+            }
             None => false,
         }
     }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::averaged::MOST_AVERAGED;
 use super::columns::HeaderRemarks;
+use super::nominal::{compare_film_ratios, FILM_RATIO_OF_EACH_RUN, MANY_FILM_RATIOS};
 use super::places::{short, NamedRows, RowLines, RowPlaces};
 use super::read_run::ReadRun;
 use super::refusals::whole_file;
@@ -15,7 +16,7 @@ use super::told_twice::{ComparedColumns, Comparison, TOLD_TWICE};
 use super::words::words_for_no;
 use crate::error::{file_name, quoted, Problem};
 use crate::remark::{Level, Remark};
-use crate::rounding::by_number;
+use crate::rounding::{by_number, counted};
 use crate::scene::{RunColumn, Scene};
 
 const LIQUIDS_WITHOUT_RUNS: &str = "liquids_without_runs";
@@ -26,21 +27,21 @@ const HEIGHTS_ASSUMED: &str = "heights_assumed";
 const LABELLED_ROWS: &str = "labelled_rows";
 const AVERAGED_ROWS: &str = "averaged_rows";
 const DRY_BESIDE_FILM: &str = "dry_beside_film";
-const FILM_RATIO_OF_EACH_RUN: &str = "film_ratio_of_each_run";
-const MANY_FILM_RATIOS: &str = "many_film_ratios";
 const EXCLUDE_BY_YES: &str = "exclude_by_yes";
+const EXCLUDED_MOST: &str = "excluded_most";
 const HIDDEN_ROWS: &str = "hidden_rows";
 const HIDDEN_COLUMNS: &str = "hidden_columns";
 pub(super) const SHEETS_NOT_READ: &str = "sheets_not_read";
 pub(super) const CONDENSED_RUNS: &str = "condensed_runs";
 
 /// The codes of what reading says of a table.
-pub(crate) const OF_READING: [&str; 15] = [
+pub(crate) const OF_READING: [&str; 16] = [
     SHEETS_NOT_READ,
     LIQUIDS_WITHOUT_RUNS,
     HIDDEN_ROWS,
     HIDDEN_COLUMNS,
     LABELLED_ROWS,
+    EXCLUDED_MOST,
     HEIGHTS_ASSUMED,
     UNKNOWN_COLUMN,
     UNHEEDED_COLUMN,
@@ -79,100 +80,6 @@ pub struct Screened {
     pub next_step: &'static str,
 }
 
-/// The wet runs of a table with a column of nominal film ratios, with these.
-fn nominal_film_ratios(runs: &[ReadRun]) -> impl Iterator<Item = (&ReadRun, f64)> {
-    runs.iter().filter_map(|run| Some((run, run.film_ratio?)))
-}
-
-/// How the values of the column of film ratios stand beside the films; `None` where there are no such values.
-fn film_ratio_values(runs: &[ReadRun], gap: f64) -> Option<FilmRatioValues> {
-    /// share by which a written film ratio may miss the film over the diameter
-    const ROUNDING: f64 = 0.01;
-    /// or rounded to so many in one
-    const THOUSANDTHS: f64 = 1000.0;
-    let wet: Vec<(&ReadRun, f64)> = nominal_film_ratios(runs).collect();
-    let is_rounded = |ratio: f64, own: f64| {
-        let in_thousandths = THOUSANDTHS * ratio;
-        let is_whole = (in_thousandths - in_thousandths.round()).abs() < 1e-6;
-        is_whole && (in_thousandths - THOUSANDTHS * own).abs() <= 0.5 + 1e-6
-    };
-    let is_own = |(run, ratio): &(&ReadRun, f64)| {
-        let own = run.own_film_ratio();
-        (ratio / own - 1.0).abs() <= ROUNDING || is_rounded(*ratio, own)
-    };
-    let sorted = |of: &dyn Fn(&(&ReadRun, f64)) -> f64| {
-        let mut values: Vec<(u32, f64)> = wet.iter().map(|run| (run.0.setting.particle, of(run))).collect();
-        values.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        values.dedup();
-        values
-    };
-    let own = sorted(&|(run, _)| run.own_film_ratio());
-    let groups = own
-        .windows(2)
-        .filter(|both| both[0].0 != both[1].0 || both[1].1 - both[0].1 > gap);
-    // the runs of one row are one film
-    let mut rows: Vec<u32> = wet.iter().map(|(run, _)| run.row).collect();
-    rows.dedup();
-    (!wet.is_empty()).then(|| FilmRatioValues {
-        runs: wet.len(),
-        rows: rows.len(),
-        values: sorted(&|(_, ratio)| *ratio).len(),
-        films: own.len(),
-        groups: groups.count() + 1,
-        are_own: wet.iter().all(is_own),
-    })
-}
-
-/// Compares the column of film ratios with film over diameter.
-fn compare_film_ratios(runs: &[ReadRun]) -> Comparison {
-    let mut comparison = Comparison::default();
-    for (run, nominal) in nominal_film_ratios(runs) {
-        let ratio = nominal / run.own_film_ratio();
-        if ratio > 0.0 && ratio.is_finite() {
-            comparison.add(run.row, run.setting, ratio);
-        }
-    }
-    comparison
-}
-
-/// How the values of a column of film ratios stand beside the films.
-#[derive(Debug, Clone, Copy)]
-struct FilmRatioValues {
-    /// wet runs, and the rows that these are
-    runs: usize,
-    rows: usize,
-    /// different values of the column, of each particle
-    values: usize,
-    /// different δ/D of the runs, of each particle
-    films: usize,
-    /// film groups that gaps in δ/D would give
-    groups: usize,
-    /// whether each value is the run's own δ/D, up to rounding
-    are_own: bool,
-}
-
-impl FilmRatioValues {
-    /// Whether far more values stand there than groups of films, with few rows each.
-    fn are_many(&self) -> bool {
-        /// values, at least: fewer groups can be looked at
-        const FEWEST: usize = 10;
-        /// values of a group of films, at least
-        const OF_GROUP: usize = 3;
-        /// rows of a value, on average: with fewer its laws have less than ten degrees of freedom
-        const ROWS: usize = 10;
-        self.values >= FEWEST && self.values >= OF_GROUP * self.groups && self.rows < ROWS * self.values
-    }
-
-    /// Whether they are no nominal film ratios, but each run's own δ/D.
-    fn are_no_nominal_ones(&self) -> bool {
-        /// rows of a nominal film ratio, on average, at least
-        const ROWS_OF_RATIO: usize = 3;
-        // what is rounded has one value for several films
-        let hides_films = self.are_many() && self.films >= 2 * self.values;
-        self.are_own && (self.rows < ROWS_OF_RATIO * self.values || hides_films)
-    }
-}
-
 /// Rows of the longest table that is read whole where the scene's model needs every run: some 3 GB.
 const MOST_WHOLE: usize = 10_000_000;
 
@@ -192,6 +99,9 @@ pub(crate) const OTHER_LABEL: &str = "give those rows another label to use them"
 
 /// What uses runs that the column of reasons leaves out.
 const CLEAR_EXCLUDE: &str = "clear the word in the column `exclude` to use those excluded";
+
+/// What stands for the reasons beyond those that are told apart.
+const OTHER_REASON: &str = "another reason";
 
 /// A whole file, collected.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -283,9 +193,8 @@ impl Collected {
     pub fn exclude(&mut self, reason: &str, runs: usize) {
         /// reasons that are told apart: a report tells them all
         const MOST: usize = 20;
-        const OTHER: &str = "another reason";
         let is_told = self.excluded.len() < MOST || self.excluded.iter().any(|(known, _)| known == reason);
-        let reason = if is_told { reason } else { OTHER };
+        let reason = if is_told { reason } else { OTHER_REASON };
         match self.excluded.iter_mut().find(|(known, _)| known == reason) {
             Some((_, all)) => *all += runs,
             None => self.excluded.push((reason.to_owned(), runs)),
@@ -308,6 +217,22 @@ impl Collected {
         let next = "nothing; a run is left out by any other word there";
         let notice = Remark::new(EXCLUDE_BY_YES, words.len(), text, next);
         (!words.is_empty()).then(|| notice.at(Level::Informs))
+    }
+
+    /// Questions a word of the column `exclude` that leaves out most rows of the table, as a word for a good run would.
+    pub fn excluded_most(&self, path: &Path) -> Option<Remark> {
+        let told = self.excluded.iter().filter(|(word, _)| word != OTHER_REASON);
+        let (word, runs) = told
+            .max_by_key(|(_, runs)| *runs)
+            .filter(|(_, runs)| 2 * runs > self.rows)?;
+        let text = format!(
+            "{}: {} in the column `exclude` leaves out {runs} of {}",
+            file_name(path),
+            quoted(word),
+            counted(self.rows, "run")
+        );
+        let next = "leave the cells of the runs to keep empty, if the word is no reason to leave a run out";
+        Some(Remark::new(EXCLUDED_MOST, *runs, text, next))
     }
 
     /// Adds the next table, which this may be the first of; what is told of each table by itself is not taken.
@@ -422,25 +347,6 @@ impl Collected {
         (rows > 0).then(|| notice.at(Level::Informs))
     }
 
-    /// Takes film ratios that are each run's own δ/D for no nominal ones, and says so; says as well where there are as many of
-    /// them as if they were. Films whose δ/D lies no further apart than `gap` would be one group.
-    pub fn drop_own_film_ratios(&mut self, gap: f64) -> Option<Remark> {
-        let found = film_ratio_values(&self.in_use, gap)?;
-        if !found.are_no_nominal_ones() {
-            return found
-                .are_many()
-                .then(|| many_film_ratios(&found, &self.remarks.films[0]));
-        }
-        let runs = found.runs;
-        self.in_use.iter_mut().for_each(|run| run.film_ratio = None);
-        let text = format!(
-            "the column film_ratio holds the own δ/D of each of {runs} wet runs and no nominal film ratio: it is not used, and \
-             film groups are found from the films"
-        );
-        let next = "nothing; name the film ratios that were meant as film_ratios in [data]";
-        Some(Remark::new(FILM_RATIO_OF_EACH_RUN, runs, text, next).at(Level::Informs))
-    }
-
     /// Says what was done with the hidden rows of a sheet.
     pub fn hidden_rows(&self, path: &Path) -> Option<Remark> {
         let sheet = self.sheet.as_ref().filter(|sheet| !sheet.hidden_rows.is_empty())?;
@@ -491,28 +397,14 @@ impl Collected {
     /// Says how many runs rebounded faster than they fell.
     pub fn above_one(&self) -> Option<Remark> {
         let runs = self.above_one;
-        let text = format!("{runs} runs rebounded faster than they fell, by at most 10 %; they are kept");
+        let (they, are) = by_number(runs, ("it", "is"), ("they", "are"));
+        let text = format!(
+            "{} rebounded faster than {they} fell, by at most 10 %; {they} {are} kept",
+            counted(runs, "run")
+        );
         let next = "check the speed calibration of these runs";
         (runs > 0).then(|| Remark::new(RESTITUTION_ABOVE_ONE, runs, text, next))
     }
-}
-
-/// Says that each of very many film ratios is a group of its own.
-fn many_film_ratios(found: &FilmRatioValues, name: &str) -> Remark {
-    let FilmRatioValues {
-        rows, values, groups, ..
-    } = found;
-    let (noun, verb) = by_number(*groups, ("group", "is"), ("groups", "are"));
-    let text = format!(
-        "the column {} has {values} different film ratios in {rows} wet rows, where by their films there {verb} {groups} \
-         {noun}: each value is a film group of its own, of {:.1} rows on average",
-        quoted(name),
-        *rows as f64 / *values as f64
-    );
-    let next =
-        "write the nominal film ratio of each run into the column, or give it another name, which leaves it out: film \
-                groups are then found from the films, or by film_ratios in [data]";
-    Remark::new(MANY_FILM_RATIOS, *values, text, next)
 }
 
 /// Says once which columns were not read: those of each table by name, tables with the same ones together.

@@ -3,6 +3,7 @@
 use super::headers::called::parted;
 use super::headers::header::in_plain_signs;
 use super::headers::heights::{other_height, other_height_by_line};
+use super::headers::remarks::unknown_word;
 use super::headers::units::{
     unit_in_brackets, unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit,
 };
@@ -21,7 +22,7 @@ pub(super) fn present(cell: &str) -> Option<&str> {
 
 /// The names in a table's header, with what stands around them.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Header {
+pub(super) struct TableHeader {
     pub names: Vec<String>,
     /// units in the row below the names; empty without such a row
     pub units: Vec<String>,
@@ -40,9 +41,9 @@ pub(super) struct Header {
 /// Rows above the names whose words are looked at, besides the last.
 pub(super) const MOST_ABOVE: usize = 40;
 
-impl Header {
+impl TableHeader {
     /// A header of these rows, the last of which names the columns.
-    pub fn of(above: &[Vec<String>], names: Vec<String>) -> Header {
+    pub fn of(above: &[Vec<String>], names: Vec<String>) -> TableHeader {
         let right_above = above.last().map_or(&[][..], Vec::as_slice);
         let filled = |row: &[String]| row.iter().filter(|cell| present(cell).is_some()).count();
         let lines = if filled(right_above) > 1 {
@@ -51,15 +52,15 @@ impl Header {
             above
         };
         let lines = lines.iter().flatten().filter(|cell| present(cell).is_some());
-        Header {
+        TableHeader {
             lines_above: lines.map(|cell| cell.trim().to_owned()).collect(),
-            ..Header::below(right_above, names)
+            ..TableHeader::below(right_above, names)
         }
     }
 
     /// A header with a row of units or titles above it: a column without a name has the title right above it, and a name that
     /// occurs twice gets its group's title, as `Impact Speed`.
-    pub fn below(above: &[String], mut names: Vec<String>) -> Header {
+    pub fn below(above: &[String], mut names: Vec<String>) -> TableHeader {
         let mut units_above = units_above(above.iter().map(String::as_str));
         // a line about the whole table has no titles of columns
         let titles = if units_above.is_empty() { &[] } else { above };
@@ -108,11 +109,11 @@ impl Header {
         if units_above.iter().all(String::is_empty) {
             units_above.clear();
         }
-        Header {
+        TableHeader {
             names,
             units_above,
             titles,
-            ..Header::default()
+            ..TableHeader::default()
         }
     }
 
@@ -194,7 +195,7 @@ pub(crate) struct ColumnPlace {
 
 impl<'s> TableLayout<'s> {
     /// Matches a header.
-    pub fn new(header: &Header, naming: &'s Naming) -> Result<TableLayout<'s>, Vec<Problem>> {
+    pub fn new(header: &TableHeader, naming: &'s Naming) -> Result<TableLayout<'s>, Vec<Problem>> {
         let layout = TableLayout {
             places: Default::default(),
             remarks: HeaderRemarks::default(),
@@ -349,7 +350,7 @@ struct Matching<'s> {
 }
 
 impl Matching<'_> {
-    fn match_names(&mut self, header: &Header) {
+    fn match_names(&mut self, header: &TableHeader) {
         let naming = self.layout.naming;
         for (index, name) in header.names.iter().enumerate() {
             let told = naming.columns.iter().find(|(_, theirs)| theirs == name);
@@ -381,19 +382,16 @@ impl Matching<'_> {
     /// is not ours but `told` in the scene.
     fn compare_with_header(
         &mut self,
-        header: &Header,
+        header: &TableHeader,
         index: usize,
         read_as: (RunColumn, &'static Unit),
         told: Option<&str>,
     ) {
         let naming = self.layout.naming;
         let (column, name) = (read_as.0, &header.names[index]);
+        let dimension = column.dimension();
         let plain = in_plain_signs(name);
-        let legend = header.legend(name).filter(|_| told.is_some());
-        let by_name = told.and_then(|_| stated_by_name(&plain, column));
-        let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
-        let above = header.units_above.get(index);
-        let above = above.and_then(|cell| unit_of_cell_above(cell, column.dimension()));
+        let legend = told.and_then(|_| header.legend(name));
         let by_legend = |ours| {
             let mut each = legend.iter().flatten();
             let told = each.find_map(|legend| other_quantity(legend, column, ours))?;
@@ -401,21 +399,23 @@ impl Matching<'_> {
         };
         let other = told.and_then(|ours| other_quantity(&plain, column, ours).or_else(|| by_legend(ours)));
         // the unit of another quantity says no more
-        let by_name = by_name.filter(|_| other.is_none());
-        let has_own = parted(&plain).1.is_some() || below.is_some() || above.is_some();
+        let is_own = other.is_none();
+        let by_name = told.filter(|_| is_own).and_then(|_| stated_by_name(&plain, column));
+        let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
+        let above = header.units_above.get(index);
+        let above = above.and_then(|cell| unit_of_cell_above(cell, dimension));
+        let has_none = parted(&plain).1.or(below.clone()).or(above.clone()).is_none();
         let title = in_plain_signs(header.title(index, column));
-        let of_group = parted(&title).1.filter(|stated| !has_own && is_unit_of(stated, column));
-        let of_legend = legend.iter().flatten().next();
-        let of_legend = of_legend.and_then(|legend| unit_in_name(legend, column.dimension()));
+        let of_group = parted(&title).1.filter(|stated| has_none && is_unit_of(stated, column));
+        let of_legend = legend.as_ref().filter(|_| has_none && is_own);
+        let of_legend = of_legend.and_then(|[with_name, _]| unit_in_name(with_name, dimension));
+        let has_no_unit = has_none && by_name.is_none() && of_group.is_none() && of_legend.is_none();
         for (stated, by) in [
             (by_name, "its name"),
             (below, "the row below its name"),
             (above, "the row above its name"),
             (of_group, "the title above its name"),
-            (
-                of_legend.filter(|_| !has_own && other.is_none()),
-                "a line above the names",
-            ),
+            (of_legend, "a line above the names"),
         ] {
             self.refuse_another_unit(read_as, name, stated, by);
         }
@@ -424,7 +424,17 @@ impl Matching<'_> {
         let mut lines = header.lines_above.iter();
         let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
         let height = by_name.or_else(by_title).or_else(by_line);
-        for expected in other.into_iter().chain(height) {
+        let is_doubtful = told.is_some() && is_own && has_no_unit && height.is_none();
+        let unknown = unknown_word(&plain, dimension).filter(|_| is_doubtful);
+        let unknown = unknown.map(|word| {
+            format!(
+                "by its name it may be in {}, which is no unit that is known; expected {}: convert its numbers, or leave the word \
+                 out of the name where it is no unit",
+                quoted(&word),
+                names_in_words(column.base(), dimension)
+            )
+        });
+        for expected in other.into_iter().chain(height).chain(unknown) {
             self.refuse(name, expected);
         }
     }
@@ -483,7 +493,7 @@ impl Matching<'_> {
 
     /// Refuses a name that is nearly that of a column which nothing gives, unless it is too short to tell, or says the opposite;
     /// any other column is not used.
-    fn add_other_name(&mut self, header: &Header, index: usize, name: &str) {
+    fn add_other_name(&mut self, header: &TableHeader, index: usize, name: &str) {
         /// letters of names that are near too many words
         const SHORT: usize = 4;
         let naming = self.layout.naming;
@@ -590,12 +600,12 @@ mod tests {
         line.split('|').map(str::to_owned).collect()
     }
 
-    fn below(above: &str, names: &str) -> Header {
-        Header::below(&cells(above), cells(names))
+    fn below(above: &str, names: &str) -> TableHeader {
+        TableHeader::below(&cells(above), cells(names))
     }
 
     /// What is expected otherwise of columns of a header that a scene reads so: each the key of its numbers and its name.
-    fn refused(header: &Header, columns: &[[&str; 2]]) -> Vec<String> {
+    fn refused(header: &TableHeader, columns: &[[&str; 2]]) -> Vec<String> {
         let naming = Naming {
             columns: columns.iter().map(|own| own.map(str::to_owned).into()).collect(),
             ..Naming::default()
@@ -630,7 +640,7 @@ mod tests {
     fn what_stands_above_a_name_says_unit_and_point_of_its_column() {
         const DROPS: &str = "ball|drop|rebound";
         const CENTRE: &str = "by the title above its name its heights are of the sphere's centre";
-        let holds = |header: Header, columns: &[[&str; 2]], expected: &str| {
+        let holds = |header: TableHeader, columns: &[[&str; 2]], expected: &str| {
             let found = refused(&header, columns).join("; ");
             let is_right = match expected {
                 "" => found.is_empty(),
@@ -663,7 +673,7 @@ mod tests {
             ("Centre for Granular Physics", ""),
         ] {
             let above = [cells(&format!("{line}||")), cells("May||")];
-            let header = Header::of(&above, cells(DROPS));
+            let header = TableHeader::of(&above, cells(DROPS));
             holds(header, &[["drop_height_mm", "drop"]], expected);
         }
         for (line, expected) in [
@@ -677,7 +687,7 @@ mod tests {
             ("D = diameter of the sphere", ""),
             ("v0: in ft/s", ""),
         ] {
-            let header = Header::of(&[cells(line)], cells("D (mm)|v|particle|restitution"));
+            let header = TableHeader::of(&[cells(line)], cells("D (mm)|v|particle|restitution"));
             holds(
                 header,
                 &[["diameter_mm", "D (mm)"], ["impact_speed_m_s", "v"]],
@@ -694,7 +704,7 @@ mod tests {
             for (key, names) in examples(question) {
                 count += names.len();
                 for name in names {
-                    let own = refused(&Header::below(&[], cells(name)), &[[key, name]]);
+                    let own = refused(&TableHeader::below(&[], cells(name)), &[[key, name]]);
                     if own.len() != expected {
                         wrong.push(format!("{question} {key} `{name}`: {own:?}"));
                     }

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 
 use super::checked_rows::{Cell, CheckedRows, TakeRuns};
 use super::collect::Collected;
-use super::columns::{Header, TableLayout, MOST_ABOVE};
+use super::columns::{TableHeader, TableLayout, MOST_ABOVE};
 use super::decimals::separator_of;
 use super::headers::units::is_row_of_units;
 use super::records::{separator_named, Records};
@@ -53,7 +53,7 @@ pub(super) fn about_rows(source: impl Read, length: u64) -> std::io::Result<usiz
 
 impl<R: Read> Records<R> {
     /// Reads the header: the names, and a row of units below them where there is one.
-    pub fn header(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
+    pub fn header(&mut self, header_row: Option<u64>) -> Result<TableHeader, Vec<Problem>> {
         let mut header = self.names(header_row)?;
         if let Some(below) = self.next_record()? {
             if below.cells.len() == header.names.len() && is_row_of_units(below.cells.iter().copied()) {
@@ -66,7 +66,7 @@ impl<R: Read> Records<R> {
     }
 
     /// Reads the names, on the line that the scene says or the first that is not blank, and the units above them.
-    pub fn names(&mut self, header_row: Option<u64>) -> Result<Header, Vec<Problem>> {
+    pub fn names(&mut self, header_row: Option<u64>) -> Result<TableHeader, Vec<Problem>> {
         let first = header_row.unwrap_or(1);
         let mut above: Vec<Vec<String>> = vec![];
         while let Some(record) = self.next_record()? {
@@ -83,9 +83,9 @@ impl<R: Read> Records<R> {
                 return Err(vec![too_many_columns(record.cells.len(), Some(record.line))]);
             }
             let names = record.cells.iter().map(|cell| cell.trim().to_owned()).collect();
-            return Ok(Header {
+            return Ok(TableHeader {
                 line: Some(record.line),
-                ..Header::of(&above, names)
+                ..TableHeader::of(&above, names)
             });
         }
         let found = header_row.map_or("the file is blank".to_owned(), |row| format!("there is no line {row}"));

@@ -52,21 +52,31 @@ pub(super) struct WrittenNumber {
 
 /// The number a cell that is not missing holds, or what was expected of it.
 pub(super) fn parse_number(cell: &str) -> Result<WrittenNumber, String> {
-    if let Ok(value) = cell.parse() {
+    let with_point = || {
         let mark = cell.as_bytes().contains(&b'.').then_some(DecimalMark::Point);
-        return Ok(WrittenNumber { value, mark });
-    }
-    with_comma(cell).ok_or_else(|| {
-        let has_both = cell.contains(',') && cell.contains('.');
-        let hint = if has_both {
-            " with one decimal mark and none for thousands"
-        } else if cell.ends_with('%') {
-            " without %; restitutions in per cent stand in a column `restitution_percent`"
-        } else {
-            ""
+        let value = cell.parse().ok()?;
+        Some(WrittenNumber { value, mark })
+    };
+    if let Some(number) = with_point().or_else(|| with_comma(cell)) {
+        // one that is too small to be held became 0
+        let has_digits = || {
+            let mantissa = cell.split(['e', 'E']).next().unwrap_or_default();
+            mantissa.contains(|c: char| c.is_ascii_digit() && c != '0')
         };
-        format!("expected a number{hint}")
-    })
+        return match number.value == 0.0 && has_digits() {
+            true => Err("expected 0, or a number that is not so small".to_owned()),
+            false => Ok(number),
+        };
+    }
+    let has_both = cell.contains(',') && cell.contains('.');
+    let hint = if has_both {
+        " with one decimal mark and none for thousands"
+    } else if cell.ends_with('%') {
+        " without %; restitutions in per cent stand in a column `restitution_percent`"
+    } else {
+        ""
+    };
+    Err(format!("expected a number{hint}"))
 }
 
 /// Half of the last digit that is written, as a share of the number; 0 of no number.
@@ -193,11 +203,12 @@ mod tests {
             (",5", 0.5, false),
             ("0,714", 0.714, false),
             ("4,762", 4.762, true),
+            ("0e-400", 0.0, false),
             ("4762,125", 4762.125, false),
         ] {
             assert_eq!(read(cell), Ok((value, ambiguous)), "{cell}");
         }
-        for cell in ["1.234,5", "1,234.5", "1,2,3", "high", ","] {
+        for cell in ["1.234,5", "1,234.5", "1,2,3", "high", ",", "1e-400", "0,1e-400"] {
             assert!(read(cell).is_err(), "{cell}");
         }
     }

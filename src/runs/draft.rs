@@ -409,16 +409,11 @@ impl<'s> Naming<'s> {
     /// Says which rows name the columns, and which sheets are read.
     fn say_what_was_read(&mut self, survey: &Survey) {
         if let Some(row) = survey.header.filter(|_| survey.has_titles) {
-            let has_units = |above: bool| {
-                let mut columns = survey.columns.iter();
-                columns.any(|column| !column.unit.is_empty() && column.is_unit_above == above)
-            };
-            let units = if has_units(false) {
-                ", their units stand below"
-            } else if has_units(true) {
-                ", their units stand above"
-            } else {
-                ""
+            let with_units = survey.columns.iter().filter(|column| !column.unit.is_empty());
+            let units = match with_units.map(|column| column.is_unit_above).min() {
+                Some(false) => ", their units stand below",
+                Some(true) => ", their units stand above",
+                None => "",
             };
             self.say(format!("row {row} names the columns{units}"));
         }

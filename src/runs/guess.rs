@@ -1,6 +1,7 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
 use super::headers::called::{called, is_short_for, letters, parted};
+use super::headers::contradicts_its_symbol;
 use super::headers::header::in_plain_signs;
 use super::headers::units::{unit_in_name, unit_of_cell, StatedUnit};
 use super::survey::SurveyedColumn;
@@ -150,7 +151,8 @@ pub(super) type NotGuessed = (RunColumn, String);
 
 /// What a column may be, of those that are still free. Fails where nothing like it is known, or its unit leaves it open.
 pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Result<Guess, Option<NotGuessed>> {
-    let (candidate, stated) = candidate(column, is_free).ok_or(None)?;
+    let found = candidate(column, is_free).filter(|_| !contradicts_its_symbol(&in_plain_signs(&column.name)));
+    let (candidate, stated) = found.ok_or(None)?;
     let not_guessed = |why: String| Some((candidate, why));
     if candidate == RunColumn::Restitution && column.name.trim_start().starts_with('E') && parted(&column.name).0 == "e"
     {
@@ -255,14 +257,14 @@ fn column_may_be(column: &SurveyedColumn, candidate: RunColumn, stated: Option<&
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runs::columns::Header;
+    use crate::runs::columns::TableHeader;
     use crate::runs::survey::Survey;
     use crate::runs::tests::examples;
 
     fn guessed(name: &str, cells: &[&str]) -> Option<(String, bool)> {
-        let mut survey = Survey::new(Header {
+        let mut survey = Survey::new(TableHeader {
             names: vec![name.to_owned()],
-            ..Header::default()
+            ..TableHeader::default()
         });
         for cell in cells {
             survey.add(2, [*cell]);

@@ -8,6 +8,8 @@ pub(super) enum Label {
     Mean,
     /// a total or a spread
     Other,
+    /// of all runs together
+    All,
 }
 
 const MEANS: &str =
@@ -17,6 +19,9 @@ const MEANS: &str =
 const OTHERS: &str =
     "total totals sum subtotal std stdev stddev sd rms σ cv var variance varianz min max stdabw summe gesamt \
      standardabweichung stabw écart ecart somme suma totale desviación median médiane mediane mediana";
+
+/// Words for all runs together.
+const ALL: &str = "all alle alles tous tout todos todas tutti tutte";
 
 /// What may follow such a word, besides numbers and single letters, without making a remark of it.
 const AFTER: &str =
@@ -33,25 +38,45 @@ const LONGEST: usize = 60;
 pub(super) fn label(cell: &str) -> Option<Label> {
     // most cells are numbers or names, told apart by their first letter
     let first = cell.trim_start().chars().next()?;
-    if !first.is_alphabetic() || cell.len() > LONGEST {
+    if !first.is_alphabetic() && first != '∑' || cell.len() > LONGEST {
         return None;
     }
     let lower = cell.to_lowercase();
-    if ["x\u{304}", "overall"].contains(&lower.trim()) {
-        return Some(Label::Mean);
+    match lower.trim() {
+        "x\u{304}" | "overall" => return Some(Label::Mean),
+        "∑" => return Some(Label::Other),
+        _ => {}
     }
     let mut words = words_of(&lower);
     let first = words.by_ref().find(|word| !is_among(BEFORE, word))?;
     let first = first.trim_end_matches(|c: char| c.is_ascii_digit());
-    let is_of_mean = is_among(MEANS, first);
-    if !is_of_mean && !is_among(OTHERS, first) {
-        return None;
-    }
+    let known = [(MEANS, Label::Mean), (OTHERS, Label::Other), (ALL, Label::All)];
+    let (_, label) = known.into_iter().find(|(words, _)| is_among(words, first))?;
     let is_remark = words.any(|word| {
         let is_counted = word.chars().all(|c| c.is_ascii_digit()) || word.chars().count() == 1;
         !is_counted && !is_among(AFTER, word)
     });
-    (!is_remark).then_some(if is_of_mean { Label::Mean } else { Label::Other })
+    (!is_remark).then_some(label)
+}
+
+/// The columns in which a word for all runs is a name: their first run has one there.
+#[derive(Debug, Clone, Default)]
+pub(super) struct NamesForAll(Option<Vec<usize>>);
+
+impl NamesForAll {
+    /// Looks at the cells of a row, of which the first alone tells.
+    pub fn see<'c>(&mut self, cells: impl Iterator<Item = &'c str>) {
+        self.0.get_or_insert_with(|| {
+            let for_all = cells.enumerate().filter(|(_, cell)| label(cell) == Some(Label::All));
+            for_all.map(|(index, _)| index).collect()
+        });
+    }
+
+    /// What a cell of a column says that its row is.
+    pub fn label(&self, index: usize, cell: &str) -> Option<Label> {
+        let is_name = || self.0.iter().flatten().any(|column| *column == index);
+        label(cell).filter(|label| *label != Label::All || !is_name())
+    }
 }
 
 /// Whether a cell counts rows, as the `n = 12` below a column of names does.

@@ -19,6 +19,7 @@
 //! | `decimals.rs` | finds what separates columns and decimals |
 //! | `survey.rs` | says what each column of an unknown table is called and holds |
 //! | `guess.rs` | guesses which column of runs it is, by the names in `headers/called.txt` |
+//! | `nominal.rs` | looks whether a column of film ratios holds nominal ones |
 //! | `collect.rs` | gathers checked runs into columns and counts what was left out |
 //! | `liquid_cells.rs` | watches whether liquids are written in every row or once a block |
 //! | `checked_rows.rs` | checks rows of cells, and gathers their runs or what is wrong |
@@ -68,6 +69,7 @@ mod labels;
 mod liquid_cells;
 mod many;
 mod new_run;
+mod nominal;
 mod parquet;
 mod parquet_footer;
 mod part;
@@ -220,7 +222,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
         _ => vec![named],
     };
     let only = wanted.len() == 1;
-    let mut found: Option<(columns::Header, Survey)> = None;
+    let mut found: Option<(columns::TableHeader, Survey)> = None;
     let mut left = vec![];
     for name in wanted {
         let mut sheet = book.sheet(name)?;
@@ -234,7 +236,7 @@ fn survey_workbook(bytes: &[u8], named: Option<&str>) -> Result<Survey, Vec<Prob
             Err(problems) if only => return Err(problems),
             // an empty sheet
             Err(_) => continue,
-            Ok(header) => columns::Header {
+            Ok(header) => columns::TableHeader {
                 sheet: None,
                 titles: vec![],
                 lines_above: vec![],

@@ -7,7 +7,7 @@ use polars::prelude::*;
 
 use super::checked_rows::{Cell, CheckedRows, TakeRuns};
 use super::collect::{too_many_rows, Collected};
-use super::columns::{ColumnPlace, Header, TableLayout};
+use super::columns::{ColumnPlace, TableHeader, TableLayout};
 use super::csv::too_many_columns;
 use super::new_run::NewRun;
 use super::parquet_footer::{check_counts, check_footer};
@@ -37,13 +37,13 @@ impl<'f> ParquetTable<'f> {
         })
     }
 
-    fn header(&self) -> Result<Header, Vec<Problem>> {
+    fn header(&self) -> Result<TableHeader, Vec<Problem>> {
         if self.schema.len() > MOST_COLUMNS {
             return Err(vec![too_many_columns(self.schema.len(), None)]);
         }
-        Ok(Header {
+        Ok(TableHeader {
             names: self.schema.iter_names().map(|name| name.to_string()).collect(),
-            ..Header::default()
+            ..TableHeader::default()
         })
     }
 

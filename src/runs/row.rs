@@ -183,7 +183,7 @@ pub(super) fn check_row(
     if !has_speed {
         impact_speed = derived_speed(raw, surface, of_stokes, problems);
     }
-    let rebound = rebound_speed(raw, surface, problems);
+    let rebound = rebound_speed(raw, surface, &rounding, problems);
     let restitution = restitution(raw, impact_speed, rebound, rounding, problems);
     let limit = checker.scene.data.smallest_restitution;
     let mean_of = restitution.and_then(|restitution| mean_of(raw, restitution, limit, problems));
@@ -269,26 +269,48 @@ fn derived_speed(
     positive_value(column, Some(speed), "an impact speed", problems)
 }
 
-/// The rebound speed and the column it stands in; that of a rebound height at the surface of the film, which a sphere that
-/// turned below it did not reach.
-fn rebound_speed(raw: &RawRow, surface: Option<f64>, problems: &mut Vec<BadCell>) -> Option<(RunColumn, f64)> {
+/// A rebound as it was read.
+struct Rebound {
+    /// the column it stands in
+    column: RunColumn,
+    speed: f64,
+    /// whether the sphere may have turned below the surface of the film, by the digits of its height
+    may_have_stuck: bool,
+}
+
+/// The rebound with its speed; that of a rebound height at the surface of the film, which a sphere that turned below it did not
+/// reach.
+fn rebound_speed(
+    raw: &RawRow,
+    surface: Option<f64>,
+    rounding: impl Fn(RunColumn) -> f64,
+    problems: &mut Vec<BadCell>,
+) -> Option<Rebound> {
     if let Some(speed) = raw[RunColumn::ReboundSpeed] {
-        return Some((RunColumn::ReboundSpeed, speed));
+        return Some(Rebound {
+            column: RunColumn::ReboundSpeed,
+            speed,
+            may_have_stuck: false,
+        });
     }
-    let height = raw[RunColumn::ReboundHeight]?;
+    let column = RunColumn::ReboundHeight;
+    let height = raw[column]?;
     if height.is_nan() || height < 0.0 {
-        let expected = "expected a rebound height of 0 or more";
-        return refuse(problems, RunColumn::ReboundHeight, expected);
+        return refuse(problems, column, "expected a rebound height of 0 or more");
     }
-    let speed = fall(height, surface?).map_or(0.0, free_fall_speed);
-    Some((RunColumn::ReboundHeight, speed))
+    let surface = surface?;
+    Some(Rebound {
+        column,
+        speed: fall(height, surface).map_or(0.0, free_fall_speed),
+        may_have_stuck: fall(height * (1.0 - rounding(column)), surface).is_none(),
+    })
 }
 
 /// The run's restitution from either or both of its columns.
 fn restitution(
     raw: &RawRow,
     impact_speed: Option<f64>,
-    rebound: Option<(RunColumn, f64)>,
+    rebound: Option<Rebound>,
     rounding: impl Fn(RunColumn) -> f64,
     problems: &mut Vec<BadCell>,
 ) -> Option<f64> {
@@ -304,7 +326,7 @@ fn restitution(
         let expected = format!("expected a restitution from 0 to {LARGEST_RESTITUTION}{hint}");
         return refuse(problems, RunColumn::Restitution, expected);
     }
-    let Some((column, rebound_speed)) = rebound else {
+    let Some(rebound) = rebound else {
         let is_any_bad = || REBOUNDS.into_iter().any(|column| is_bad(column, problems));
         // a height that says nothing was refused, or what it is counted from
         let refused = raw[RunColumn::ReboundHeight].is_some() || is_any_bad();
@@ -313,10 +335,11 @@ fn restitution(
         }
         return given;
     };
-    if rebound_speed.is_nan() || rebound_speed < 0.0 {
+    let column = rebound.column;
+    if rebound.speed.is_nan() || rebound.speed < 0.0 {
         return refuse(problems, column, "expected a rebound speed of 0 or more");
     }
-    let quotient = rebound_speed / impact_speed?;
+    let quotient = rebound.speed / impact_speed?;
     if !in_range(quotient) {
         let expected =
             format!("expected at most {LARGEST_RESTITUTION} times the impact speed (restitution {quotient:.3})");
@@ -344,6 +367,7 @@ fn restitution(
         (by(true) + by(false).min(MOST_BY_ROUNDING)).max(agreement) * (1.0 + 1e-9)
     };
     match given {
+        Some(0.0) if rebound.may_have_stuck => given,
         // what is within needs no look at the digits
         Some(e) if (e - quotient).abs() > agreement && (e - quotient).abs() > by_rounding(e) => {
             let agreement = (1e3 * by_rounding(e)).round() / 1e3;

@@ -1,10 +1,10 @@
 //! Surveys the columns of a table without a scene: what each is called, and what stands in it.
 
-use super::columns::{present, Header};
+use super::columns::{present, TableHeader};
 use super::decimals::parse_number;
 use super::headers::called::columns_called;
 use super::headers::units::is_row_of_units;
-use super::labels::{is_count, label};
+use super::labels::{is_count, NamesForAll};
 use super::raw_row::{IMPACTS, REBOUNDS};
 use crate::scene::RunColumn;
 
@@ -55,6 +55,7 @@ pub(super) struct Survey {
     pub labelled: Vec<LabelledRow>,
     /// rows of one word alone, as footnotes are, nor these
     pub notes: Vec<LabelledRow>,
+    names_for_all: NamesForAll,
 }
 
 /// A row that a label marks as the mean, total, spread or count of others.
@@ -69,7 +70,7 @@ pub(super) struct LabelledRow {
 }
 
 impl Survey {
-    pub fn new(header: Header) -> Survey {
+    pub fn new(header: TableHeader) -> Survey {
         let mut units = header.units.into_iter();
         let mut above = header.units_above.into_iter();
         let column = |name| {
@@ -115,7 +116,10 @@ impl Survey {
         /// rows with a label that are kept until it is known whether labels are names here
         const MOST: usize = 10_000;
         let texts = || cells.clone().into_iter().take(self.columns.len());
-        let label = texts().find(|cell| label(cell).is_some() || is_count(cell));
+        self.names_for_all.see(texts());
+        let mut places = texts().enumerate();
+        let label = places.find(|(index, cell)| self.names_for_all.label(*index, cell).is_some() || is_count(cell));
+        let label = label.map(|(_, cell)| cell);
         let mut filled = texts().filter_map(present);
         let only = filled
             .next()

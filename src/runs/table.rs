@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::averaged::MOST_AVERAGED;
 use super::checked_rows::TakeRuns;
 use super::collect::{columns_not_read, too_many_rows, Collected, Screened, SheetRead, SHEETS_NOT_READ};
+use super::nominal::drop_own_film_ratios;
 use super::parquet::read_parquet;
 use super::places::RowPlaces;
 use super::refusals::whole_file;
@@ -56,9 +57,9 @@ pub fn read(scene: &Scene) -> Result<Table, Error> {
         joined.add((table, sha256), file)?;
     }
     let (mut collected, mut table) = joined.finish(scene)?;
-    table
-        .notices
-        .extend(collected.drop_own_film_ratios(scene.data.film_ratio_gap));
+    let name = &collected.remarks.films[0];
+    let own = drop_own_film_ratios(&mut collected.in_use, name, scene.data.film_ratio_gap);
+    table.notices.extend(own);
     let places = std::mem::take(&mut table.runs.places);
     table.runs = arrange(collected.in_use, scene);
     table.runs.places = places;
@@ -149,6 +150,7 @@ impl<'p> Joined<'p> {
             table.heights_assumed(),
             table.unheeded_columns(path),
             table.excluded_by_yes(path),
+            table.excluded_most(path),
         ];
         self.unknown.push((file_name(path), table.remarks.unknown.clone()));
         self.tells_liquid |= table.remarks.tells_liquid;

@@ -200,3 +200,82 @@ fn a_restitution_agrees_with_speeds_as_far_as_their_digits_tell() {
         assert_eq!(read_csv(&table, &scene).is_ok(), is_read, "{table}");
     }
 }
+
+/// A total at the foot is no run; what is called so from the first run on is a name.
+#[test]
+fn a_word_for_all_runs_labels_a_row_unless_it_is_a_name() {
+    let (scene, _) = plain();
+    let rows_of = |cells: &str| {
+        let row = |name: &str| format!("{name},PTFE,4.762,1.0,0.8\n");
+        let rows: String = cells.split(' ').map(row).collect();
+        let table = format!("block,particle,diameter_mm,impact_speed_m_s,restitution\n{rows}");
+        let collected = read_csv(&table, &scene).unwrap_or_else(|refused| panic!("{cells}: {refused:?}"));
+        collected.in_use.len()
+    };
+    for (cells, runs) in [
+        ("1 2 3 all", 3),
+        ("1 2 Tous 1 2 TOUS", 4),
+        ("1 2 Σ", 2),
+        ("all all all", 3),
+        ("all left right all", 4),
+        ("all all mean", 2),
+    ] {
+        assert_eq!(rows_of(cells), runs, "{cells}");
+    }
+}
+
+/// By its digits a height of 0.49 mm may be 0.485 mm, which lies in a film of 486 µm.
+#[test]
+fn a_run_that_stuck_may_have_come_to_rest_at_the_surface_of_its_film() {
+    let (scene, _) = plain();
+    for (film, height, is_read) in [
+        ("485.8", "0.49", true),
+        ("485.8", "0.490", false),
+        ("450", "0.49", false),
+    ] {
+        let table = format!(
+            "particle,liquid,diameter_mm,film_um,impact_speed_m_s,restitution,rebound_height_mm\n\
+             PTFE,AK10,4.762,{film},0.5,0,{height}\n"
+        );
+        assert_eq!(read_csv(&table, &scene).is_ok(), is_read, "{table}");
+    }
+}
+
+#[test]
+fn a_zero_has_no_sign_and_what_is_too_small_is_none() {
+    let (scene, _) = plain();
+    let read = |restitution: &str| {
+        let table = format!("particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4.762,1.0,{restitution}\n");
+        read_csv(&table, &scene)
+    };
+    let collected = read("-0.0").unwrap_or_else(|refused| panic!("{refused:?}"));
+    assert_eq!(collected.in_use[0].restitution.to_bits(), 0);
+    let refused = read("1e-400").expect_err("it is not 0");
+    assert!(refused.first[0].expected.contains("not so small"), "{refused:?}");
+}
+
+#[test]
+fn a_word_that_leaves_out_most_runs_is_told() {
+    let (scene, _) = plain();
+    let told = |words: &str| {
+        let row = |word: &str| format!("PTFE,4.762,1.0,0.8,{word}\n");
+        let rows: String = words.split(' ').map(|word| row(word.trim_matches('_'))).collect();
+        let table = format!("particle,diameter_mm,impact_speed_m_s,restitution,exclude\n{rows}");
+        let collected = read_csv(&table, &scene).unwrap_or_else(|refused| panic!("{words}: {refused:?}"));
+        collected.excluded_most(Path::new("runs.csv")).map(|remark| remark.text)
+    };
+    let expected = "runs.csv: `✔` in the column `exclude` leaves out 2 of 3 runs";
+    assert_eq!(told("✔ splash ✔").as_deref(), Some(expected));
+    for few in ["✔ _ splash _", "splash _", "a b c"] {
+        assert_eq!(told(few), None, "{few}");
+    }
+}
+
+#[test]
+fn a_single_run_that_rebounds_faster_is_one() {
+    let (scene, _) = plain();
+    let table = "particle,diameter_mm,impact_speed_m_s,restitution\nPTFE,4.762,1.0,1.05\nPTFE,4.762,1.0,0.8\n";
+    let collected = read_csv(table, &scene).unwrap_or_else(|refused| panic!("{refused:?}"));
+    let text = collected.above_one().expect("one is above 1").text;
+    assert!(text.starts_with("1 run rebounded faster than it fell"), "{text}");
+}

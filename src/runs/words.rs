@@ -5,13 +5,13 @@ const NO: &str = "0 0.0 0,0 no n false f nein falsch non faux";
 
 /// What keeps a run in a column of reasons to leave runs out, whatever else stands there.
 const KEEPS: &str =
-    "no nein non false falsch faux none keine aucun ok o.k okay keep kept good gut bon valid gültig gueltig valide \
-     use used include included";
+    "no nein non nej não nao nie нет false falsch faux none keine aucun null nil nan n/a #n/a ok o.k okay i.o fine pass passed \
+     accept accepted keep kept good gut bon bueno buono хорошо valid gültig gueltig valide use used include included";
 
 /// Whether a word is one of [`KEEPS`], or dashes or points.
 fn keeps(word: &str) -> bool {
     let lower = word.to_lowercase();
-    is_among(KEEPS, lower.trim_end_matches('.')) || word.chars().all(|c| "-–—−.".contains(c))
+    is_among(KEEPS, lower.trim_end_matches(['.', '!'])) || word.chars().all(|c| "-–—−.".contains(c))
 }
 
 /// What says yes, in small letters.
@@ -20,6 +20,12 @@ const YES: &str = "1 1.0 1,0 yes y true t ja j wahr oui vrai si sí x ✓";
 /// Whether a word is one of a list, in which a blank stands between each two.
 pub(super) fn is_among(list: &str, word: &str) -> bool {
     list.split(' ').any(|own| own == word)
+}
+
+/// Whether a word is one of a list, or ends with one as `falltime` does.
+pub(super) fn ends_like(list: &str, word: &str) -> bool {
+    let is_end = |own: &str| own.chars().count() >= "time".len() && word.ends_with(own);
+    list.split(' ').any(|own| own == word || is_end(own))
 }
 
 /// The words of a name.
@@ -57,7 +63,9 @@ mod tests {
     fn words_that_keep_a_run_are_no_reasons() {
         let of = |words: &[&'static str]| words_for_no(words.iter().copied());
         assert_eq!(of(&["--", "hit the edge", "O.K.", "."]), ["--", "O.K.", "."]);
-        assert_eq!(of(&["Good"]), ["Good"]);
+        for word in ["Good", "NaN", "null", "fine", "i.O.", "pass", "нет", "nej", "OK!"] {
+            assert_eq!(of(&[word, "splash"]), [word]);
+        }
         // a tick may mark either, and single letters and numbers may be short for reasons
         for words in [
             &["x"][..],

@@ -9,9 +9,11 @@ use zip::result::ZipError;
 
 use super::checked_rows::{Cell, CheckedRows};
 use super::collect::{rows_in_words, Collected, SheetRead};
-use super::columns::{unnamed_column, Header, TableLayout, MOST_ABOVE};
+use super::columns::{unnamed_column, ColumnPlace, TableHeader, TableLayout, MOST_ABOVE};
+use super::decimals::parse_number;
 use super::headers::units::is_row_of_units;
 use super::hidden_rows::{hidden_in, Hidden};
+use super::raw_row::REBOUNDS;
 use super::refusals::{readable, whole_file, CellPlace};
 use crate::error::{quoted, unless_wrong, Problem, Problems};
 use crate::files::{MOST_COLUMNS, MOST_UNPACKED};
@@ -56,6 +58,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
     let layout = TableLayout::new(&header, &scene.data.naming)?;
     let mut checked = CheckedRows::new(&layout, scene, None);
     let mut unnamed = BTreeSet::new();
+    let rebounds: Vec<&ColumnPlace> = REBOUNDS.into_iter().filter_map(|column| layout.place(column)).collect();
     while let Some(row) = sheet.next_row()? {
         unnamed.extend(row.cells.range(layout.width..).map(|(column, _)| *column));
         let texts = row.texts(layout.width);
@@ -64,6 +67,10 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
             // a note beside the table
             continue;
         }
+        let again = rebounds.iter().filter(|place| row.merged.contains(&place.index));
+        again
+            .filter_map(|place| rebound_again(&row, place))
+            .for_each(|problem| checked.problems.push(problem));
         let in_order = texts.iter().map(String::as_str);
         checked.add(CellPlace::Row(row.number), in_order, |place| {
             row.cells.get(&place.index).map(Cell::borrowed)
@@ -78,6 +85,18 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
     let unnamed = unnamed.into_iter().map(unnamed_column);
     checked.collected.remarks.unknown.extend(unnamed);
     checked.finish()
+}
+
+/// Refuses a rebound in a cell that is merged with those above it: one rebound is no measurement of several runs, but all of
+/// them may have stuck.
+fn rebound_again(row: &SheetRow, place: &ColumnPlace) -> Option<Problem> {
+    let text = row.cells.get(&place.index)?.borrowed().text();
+    let is_above_zero = parse_number(&text).is_ok_and(|number| number.value > 0.0);
+    let expected =
+        "expected the rebound of this run alone, not one in a cell that is merged with the cell above; a mean of runs \
+                    stands in one row, with their number in a column `runs`";
+    let problem = || Problem::new(format!("row {}, column {}", row.number, place.name), expected);
+    is_above_zero.then(|| problem().found(quoted(&text)))
 }
 
 /// What is expected of hidden rows where a scene can say what they are.
@@ -171,7 +190,7 @@ impl Sheet<'_, '_> {
     }
 
     /// Reads the header: the names, and a row of units below them where there is one.
-    pub fn header(&mut self, naming: &Naming) -> Result<Header, Vec<Problem>> {
+    pub fn header(&mut self, naming: &Naming) -> Result<TableHeader, Vec<Problem>> {
         let mut header = self.names(naming)?;
         let width = header.names.len();
         self.fill(1)?;
@@ -186,7 +205,7 @@ impl Sheet<'_, '_> {
     }
 
     /// Reads the names, in the row that the scene says or the first that is not empty, and the units above them.
-    pub fn names(&mut self, naming: &Naming) -> Result<Header, Vec<Problem>> {
+    pub fn names(&mut self, naming: &Naming) -> Result<TableHeader, Vec<Problem>> {
         self.hidden_rows = naming.hidden_rows;
         let expected = "a row of column names and one row a run";
         let first = naming.header_row.unwrap_or(1);
@@ -211,10 +230,10 @@ impl Sheet<'_, '_> {
                 }
             }
         };
-        Ok(Header {
+        Ok(TableHeader {
             line: Some(names.number),
             sheet: Some(self.read.name.clone()),
-            ..Header::of(&above, names.trimmed(names.width()))
+            ..TableHeader::of(&above, names.trimmed(names.width()))
         })
     }
 
@@ -253,7 +272,7 @@ impl Sheet<'_, '_> {
     }
 
     /// Refuses a hidden column with a name, for tables that no scene can speak of.
-    pub fn refuse_hidden_columns(&self, header: &Header) -> Result<(), Vec<Problem>> {
+    pub fn refuse_hidden_columns(&self, header: &TableHeader) -> Result<(), Vec<Problem>> {
         let named = header.names.iter().enumerate().filter(|(_, name)| !name.is_empty());
         let hidden = named.filter(|(index, _)| self.hides_column(*index));
         let problems =

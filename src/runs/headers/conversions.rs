@@ -2,8 +2,7 @@
 
 use super::super::words::is_among;
 use super::called::columns_called;
-use super::header::{Header, ROOTS};
-use super::quantities::{quantities_in, RATIOS, SOURCES};
+use super::header::{Header, ROOTS, SOURCES};
 use super::units::has_factor;
 use crate::scene::RunColumn;
 use crate::units::Dimension;
@@ -24,35 +23,42 @@ const ENERGIES: &str = "energ énerg kinetic kinetisch";
 const LOSSES: &str = "loss losses lost verlust verluste perte dissipation dissipated absorbed";
 
 /// What a header says that some power or factor turns into the quantity of its column, and how.
-pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<&'static str> {
-    match column {
-        RunColumn::Diameter if is_radius(header) => Some(
-            "by its name it is a radius; expected the diameter: add a column with twice its numbers to the table, and name \
-             that one",
-        ),
-        RunColumn::FilmRatio if is_over_radius(header) => Some(
-            "by its name it is the film over the radius; expected δ/D, the film over the diameter: add a column with half its \
-             numbers to the table, and name that one",
-        ),
-        RunColumn::Restitution if is_square(header) || is_ratio_of_squares(header) => Some(
-            "by its name it is the square of a restitution or a share of energy; expected e, rebound over impact speed: add \
-             a column of e to the table (of e² its square root), and name that one",
-        ),
-        RunColumn::Restitution if is_loss(header) => Some(
-            "by its name it is what the impact takes, as 1 − e; expected e, rebound over impact speed: add a column of e to the \
-             table, and name that one",
-        ),
-        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed if is_square(header) => Some(
-            "by its name it is the square of a speed or an energy; expected the speed: add a column of it to the table, and \
-             name that one",
-        ),
+pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<String> {
+    let [found, expected, added] = match column {
+        RunColumn::Diameter if is_radius(header) => {
+            ["it is a radius", "the diameter", "with twice its numbers to the table"]
+        }
+        RunColumn::FilmRatio if is_over_radius(header) => [
+            "it is the film over the radius",
+            "δ/D, the film over the diameter",
+            "with half its numbers to the table",
+        ],
+        RunColumn::Restitution if is_square(header) || is_ratio_of_squares(header) => [
+            "it is the square of a restitution or a share of energy",
+            "e, rebound over impact speed",
+            "of e to the table (of e² its square root)",
+        ],
+        RunColumn::Restitution if is_loss(header) => [
+            "it is what the impact takes, as 1 − e",
+            "e, rebound over impact speed",
+            "of e to the table",
+        ],
+        RunColumn::ImpactSpeed | RunColumn::ReboundSpeed if is_square(header) => [
+            "it is the square of a speed or an energy",
+            "the speed",
+            "of it to the table",
+        ],
         // of a share in per cent the factor is the unit
-        _ if column.is_number() && column.dimension() != Dimension::Share && has_factor(&header.lower) => Some(
-            "by its name its numbers are multiplied by a power of ten; expected the quantity itself: add a column of it to the \
-             table, and name that one",
-        ),
-        _ => None,
-    }
+        _ if column.is_number() && column.dimension() != Dimension::Share && has_factor(&header.lower) => [
+            "its numbers are multiplied by a power of ten",
+            "the quantity itself",
+            "of it to the table",
+        ],
+        _ => return None,
+    };
+    Some(format!(
+        "by its name {found}; expected {expected}: add a column {added}, and name that one"
+    ))
 }
 
 fn is_radius(header: &Header) -> bool {
@@ -114,17 +120,12 @@ fn is_square(header: &Header) -> bool {
 
 /// Whether a name says that one height or energy is divided by another, which gives the square of a restitution.
 fn is_ratio_of_squares(header: &Header) -> bool {
-    let named = quantities_in(&header.lower);
-    let is_named = |column: RunColumn| named.iter().any(|quantity| quantity.is_of(column));
-    let is_told = header.has_end(SOURCES) || is_named(RunColumn::Restitution) || header.contains(ROOTS);
-    let first = header
-        .words
-        .first()
-        .map(|first| columns_called(first))
-        .unwrap_or_default();
-    let is_quotient = header.contains("/ :") || header.has_end(RATIOS) || header.has("over");
-    let of_heights = is_quotient && is_named(RunColumn::ReboundHeight) && !first.contains(&RunColumn::Restitution);
-    let of_energies = is_quotient_of(header.name, 'E') && !header.contains(ROOTS);
+    let has_root = header.contains(ROOTS);
+    let is_told = header.has_end(SOURCES) || header.names(RunColumn::Restitution) || has_root;
+    let is_first = |first: &String| columns_called(first).contains(&RunColumn::Restitution);
+    let of_restitution = header.words.first().is_some_and(is_first);
+    let of_heights = header.is_quotient() && header.names(RunColumn::ReboundHeight) && !of_restitution;
+    let of_energies = is_quotient_of(header.name, 'E') && !has_root;
     of_energies || (is_quotient_of(&header.lower, 'h') || of_heights) && !is_told
 }
 

@@ -1,9 +1,12 @@
-//! Holds a header as it is looked through, and what several files ask of one.
+//! Reads a header once: its words, its symbol, what it is called, and the quantities that these name.
 
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-use super::super::words::{is_among, words_of};
+use super::super::words::{ends_like, is_among, without_brackets, words_of};
+use super::called::called_as;
+use super::quantities::{quantities_in, quantities_of_symbol, quantity_of_kind, Quantities, Quantity};
+use super::units::kind_beside;
 use crate::scene::RunColumn;
 
 /// Columns whose headers name what is measured.
@@ -25,20 +28,61 @@ pub(super) const ROOTS: &str = "sqrt √ root wurzel racine ^0.5 **0.5 ^(0.5) ^(
 /// What a header holds in place of what its column takes, and the column that takes it.
 pub(super) type Instead = (&'static str, Option<RunColumn>);
 
-/// A header as it is looked through.
+/// Words before what a quantity was made from.
+pub(super) const SOURCES: &str = "from by via aus durch par using";
+
+/// Words for a quotient.
+const RATIOS: &str = "ratio ratios quotient verhältnis verhaeltnis rapport rapporto razón relación отношение";
+
+/// A header as it was read.
 pub(super) struct Header<'n> {
     pub name: &'n str,
     /// the same in small letters
     pub lower: String,
+    /// of these what stands outside brackets
+    pub outside: String,
     pub words: Vec<String>,
+    /// what it begins with up to a sign, its capitals kept
+    pub symbol: &'n str,
+    /// its letters and digits without a unit
+    pub letters: String,
+    /// the columns that are called so
+    pub called: Vec<RunColumn>,
+    /// the quantities of its words
+    pub named: Quantities,
+    /// those of its symbol, as far as these may be in the unit that stands beside it
+    pub of_symbol: Quantities,
+    /// what that unit is of, where its symbol stands for nothing in such a unit
+    pub of_unit: Option<&'static Quantity>,
 }
 
 impl<'n> Header<'n> {
     pub fn new(name: &'n str) -> Header<'n> {
         let lower = name.to_lowercase();
+        let symbol = name.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+        let (letters, mut called) = called_as(name);
+        let all_of_symbol = quantities_of_symbol(symbol);
+        let mut of_symbol = all_of_symbol.clone();
+        let mut of_unit = None;
+        if let Some((kind, written)) = kind_beside(symbol, name) {
+            of_symbol.retain(|quantity| quantity.may_be_in(kind, &written));
+            if of_symbol.len() < all_of_symbol.len() {
+                called.retain(|column| of_symbol.iter().any(|quantity| quantity.shares_units_with(*column)));
+                // of anything but a speed these are milliseconds
+                let kind = if written == "ms" { "time" } else { kind };
+                of_unit = quantity_of_kind(kind).filter(|_| of_symbol.is_empty());
+            }
+        }
         Header {
             name,
+            outside: without_brackets(&lower),
             words: words_of(&lower).map(str::to_owned).collect(),
+            symbol,
+            letters,
+            called,
+            named: quantities_in(&lower),
+            of_symbol,
+            of_unit,
             lower,
         }
     }
@@ -58,12 +102,23 @@ impl<'n> Header<'n> {
         list.split(' ').any(|part| self.lower.contains(part))
     }
 
-    /// What it begins with up to a sign, its capitals kept.
-    pub fn symbol(&self) -> &'n str {
-        self.name
-            .split(|c: char| !c.is_alphanumeric())
-            .next()
-            .unwrap_or_default()
+    /// Whether its words name a quantity of a column.
+    pub fn names(&self, column: RunColumn) -> bool {
+        self.named.iter().any(|quantity| quantity.is_of(column))
+    }
+
+    /// Whether a word of it says that it is a quotient.
+    pub fn is_called_ratio(&self) -> bool {
+        self.has_end(RATIOS)
+    }
+
+    pub fn is_quotient(&self) -> bool {
+        self.is_called_ratio() || self.contains("/ :") || self.has("over")
+    }
+
+    /// What stands behind its first slash, in small letters.
+    pub fn divisor(&self) -> Option<&str> {
+        self.lower.split_once('/').map(|(_, after)| after.trim())
     }
 
     pub fn has_square_sign(&self) -> bool {
@@ -124,12 +179,6 @@ pub(in crate::runs) fn in_plain_signs(name: &str) -> Cow<'_, str> {
     plain = plain.replacen("}{", "/", fractions);
     plain.retain(|c| !"${}".contains(c));
     Cow::Owned(plain.trim().to_owned())
-}
-
-/// Whether a word is one of a list, or ends with one as `falltime` does.
-pub(super) fn ends_like(list: &str, word: &str) -> bool {
-    let is_end = |own: &str| own.chars().count() >= "time".len() && word.ends_with(own);
-    list.split(' ').any(|own| own == word || is_end(own))
 }
 
 /// What a column holds.

@@ -28,6 +28,9 @@ const OTHERS: &str =
                       schale tisch linie lineal kamera";
 const AFTER_FILM: &str = "surface oberfläche layer film mm cm m µm um in";
 
+/// Words of which point of the sphere a height refers to, and of what it is measured from.
+pub(super) const OF_HEIGHTS: [&str; 10] = [CENTRE, LOWEST, TOP, SPHERE, ABOVE, FROM, OF, FILM, PLATE, OTHERS];
+
 /// What a name or title of heights asks for in place of what `[data]` says of them: another value of a key, or other heights;
 /// `None` where it agrees or says nothing. `by` is what says so.
 pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, naming: &Naming) -> Option<String> {

@@ -2,20 +2,24 @@
 //!
 //! | file | job |
 //! |---|---|
-//! | `called.rs` | knows what laboratories call the columns of runs, by `called.txt` |
-//! | `header.rs` | holds a header as it is looked through |
 //! | `units.rs` | reads the units that headers state, by `units.txt` |
+//! | `called.rs` | knows what laboratories call the columns of runs, by `called.txt` |
+//! | `quantities.rs` | holds the quantities that a header may name, by `quantities.txt` |
+//! | `header.rs` | reads a header once: its words, its symbol, what it is called, and the quantities that these name |
 //! | `conversions.rs` | knows what a factor, a power or a difference turns into the quantity of a column |
 //! | `heights.rs` | tells which point of the sphere a height refers to, and what it is measured from |
 //! | `spreads.rs` | tells a standard deviation from a standard error, and both from other spreads |
-//! | `quantities.rs` | tells by words and symbols which quantity a header names, by `quantities.txt` |
+//! | `named.rs` | tells which quantity a header names in place of the one that its column takes |
+//! | `remarks.rs` | asks about a word in the place of a unit that is no unit and no remark of `remarks.txt` |
 //! | `examples.txt` | headers and cells that laboratories write, with what must be made of them |
 
 pub(super) mod called;
 mod conversions;
 pub(super) mod header;
 pub(super) mod heights;
+mod named;
 mod quantities;
+pub(super) mod remarks;
 mod spreads;
 pub(super) mod units;
 
@@ -23,8 +27,8 @@ use super::words::is_among;
 use crate::scene::RunColumn;
 use conversions::known_conversion;
 use header::{in_few_words, Header, MEASURED};
-pub(super) use quantities::constant_named;
-use quantities::named_quantity;
+pub(super) use named::constant_named;
+use named::named_quantity;
 use spreads::other_spread;
 
 /// Words of a column that marks the runs to keep.
@@ -32,12 +36,17 @@ const KEPT: &str =
     "in valid valide gültig gueltig ok good gut use used usable keep kept include included brauchbar bon accept \
                     accepted pass passed is to fit verwendet verwendbar ordnung i o io válido valido";
 
+/// Whether the unit beside the symbol of a header is none that it may have, as in `d (s)`.
+pub(super) fn contradicts_its_symbol(name: &str) -> bool {
+    Header::new(name).of_unit.is_some()
+}
+
 /// What a header names in place of the quantity of a column that is read under a key, and what to do about it; `None` where it
 /// names none.
 pub(super) fn other_quantity(name: &str, column: RunColumn, key: &str) -> Option<String> {
     let header = Header::new(name);
     if let Some(expected) = known_conversion(&header, column) {
-        return Some(expected.to_owned());
+        return Some(expected);
     }
     if column == RunColumn::Exclude && header.words.iter().all(|word| is_among(KEPT, word)) {
         return Some(format!(

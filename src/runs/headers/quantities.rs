@@ -1,264 +1,92 @@
-//! Tells by its words and symbols which quantity a header names.
+//! Holds the quantities that a header may name, by `quantities.txt`.
 
-use super::super::words::{is_among, without_brackets, words_of};
-use super::called::{called_as, columns_called};
-use super::header::{ends_like, in_few_words, Header, Instead, ROOTS};
+use std::sync::LazyLock;
+
+use super::super::words::{ends_like, is_among, words_of};
 use crate::scene::RunColumn;
 use crate::units::Dimension;
 
 /// What a header may name.
 pub(super) struct Quantity {
-    name: &'static str,
-    words: &'static str,
+    pub name: &'static str,
+    /// what its units are of
+    kind: &'static str,
+    pub words: &'static str,
     /// what the columns that take it are called, the one of the impact first
     columns: &'static str,
     symbols: &'static str,
 }
+
+/// Quantities of the table.
+pub(super) type Quantities = Vec<&'static Quantity>;
+
+/// Every quantity that a header may name.
+pub(super) static QUANTITIES: LazyLock<Vec<Quantity>> = LazyLock::new(|| {
+    let quantity = |line: &'static str| {
+        let mut parts = line.split(':').map(str::trim);
+        let mut next = || parts.next().filter(|_| !line.starts_with('#'));
+        Some(Quantity {
+            name: next()?,
+            kind: next()?,
+            words: next()?,
+            columns: next()?,
+            symbols: next().unwrap_or_default(),
+        })
+    };
+    include_str!("quantities.txt").lines().filter_map(quantity).collect()
+});
 
 impl Quantity {
     pub fn is_of(&self, column: RunColumn) -> bool {
         is_among(self.columns, column.base())
     }
 
-    fn columns(&self) -> impl Iterator<Item = RunColumn> {
+    pub fn columns(&self) -> impl Iterator<Item = RunColumn> {
         self.columns.split(' ').filter_map(RunColumn::of_base)
+    }
+
+    /// Whether a column takes numbers in its units.
+    pub fn shares_units_with(&self, column: RunColumn) -> bool {
+        self.kind
+            == match column.dimension() {
+                Dimension::Length | Dimension::Thickness => "length",
+                Dimension::Speed => "speed",
+                _ => "share",
+            }
+    }
+
+    /// Whether it may be given in a unit of a kind, which is written so.
+    pub fn may_be_in(&self, kind: &str, written: &str) -> bool {
+        let is_letter = written.chars().count() == 1 && written.chars().all(char::is_alphabetic);
+        match kind {
+            _ if kind == self.kind => true,
+            "share" | "another" => true,
+            // beside a speed `in` says which it is, and a letter beside a plain number is a symbol
+            "length" if written.trim_end_matches('.') == "in" => true,
+            _ if is_letter && self.kind == "share" => true,
+            // metres a second, or milliseconds
+            "speed" if written == "ms" => self.kind == "time",
+            _ => false,
+        }
     }
 }
 
-/// Every quantity that a header may name.
-fn quantities() -> impl Iterator<Item = Quantity> {
-    let lines = include_str!("quantities.txt")
-        .lines()
-        .filter(|line| !line.starts_with('#'));
-    lines.filter_map(|line| {
-        let mut parts = line.split(':').map(str::trim);
-        Some(Quantity {
-            name: parts.next()?,
-            words: parts.next()?,
-            columns: parts.next()?,
-            symbols: parts.next().unwrap_or_default(),
-        })
-    })
-}
-
-/// Those that the words of a header, in small letters, name.
-pub(super) fn quantities_in(lower: &str) -> Vec<Quantity> {
-    let is_named = |quantity: &Quantity| words_of(lower).any(|word| ends_like(quantity.words, word));
-    quantities().filter(is_named).collect()
+/// Those that the words of a name, in small letters, name.
+pub(super) fn quantities_in(lower: &str) -> Quantities {
+    let is_named = |quantity: &&Quantity| words_of(lower).any(|word| ends_like(quantity.words, word));
+    QUANTITIES.iter().filter(is_named).collect()
 }
 
 /// Those that a symbol stands for, perhaps with a number behind it.
-fn quantities_of_symbol(symbol: &str) -> Vec<Quantity> {
+pub(super) fn quantities_of_symbol(symbol: &str) -> Quantities {
     let symbol = symbol.trim_end_matches(char::is_numeric);
-    quantities()
-        .filter(|quantity| !symbol.is_empty() && is_among(quantity.symbols, symbol))
-        .collect()
+    let is_meant = |quantity: &&Quantity| !symbol.is_empty() && is_among(quantity.symbols, symbol);
+    QUANTITIES.iter().filter(is_meant).collect()
 }
 
-/// Symbols of dimensionless numbers, which begin a name.
-const NUMBERS: &str = "We Re Fr Bo Oh St";
-
-/// What a header that is no run's column names of the constants of materials: a viscosity or a density itself, by a word or the
-/// usual symbol, and no spread, quotient or other kind of it.
-pub(in crate::runs) fn constant_named(name: &str) -> Option<Dimension> {
-    const SYMBOLS: [(&str, Dimension); 2] = [
-        ("η eta visc", Dimension::Viscosity),
-        ("ρ ρp ρs ρl ρf rho rhop rhos rhol rhof dens", Dimension::Density),
-    ];
-    const OTHERS: &str =
-        "sd std se sem err error rel relative unc uncertainty kinematic kinematische cinématique number energy \
-                          bulk packing air gas temperature";
-    let header = Header::new(name);
-    if header.has(OTHERS) || header.has_end(RATIOS) {
-        return None;
-    }
-    let symbol = header.symbol().trim_end_matches(char::is_numeric);
-    let by_symbol = SYMBOLS.into_iter().find(|(symbols, _)| is_among(symbols, symbol));
-    let named = quantities_in(&header.lower);
-    let by_word = named.iter().find_map(|quantity| match quantity.name {
-        "a viscosity" => Some(Dimension::Viscosity),
-        "a density" => Some(Dimension::Density),
-        _ => None,
-    });
-    let is_quotient = without_brackets(&header.lower).contains('/');
-    by_word.or(by_symbol.filter(|_| !is_quotient).map(|(_, dimension)| dimension))
-}
-
-/// Words for a quotient.
-pub(super) const RATIOS: &str =
-    "ratio ratios quotient verhältnis verhaeltnis rapport rapporto razón relación отношение";
-
-/// What a length or speed is divided by in a name: no unit is written so.
-const DIVISORS: &str = "d r 2r dp d_p rp r_p ds d_s h0 h_0 v0 v_0 vi v_i diameter durchmesser radius";
-
-/// Words before what a quantity was made from.
-pub(super) const SOURCES: &str = "from by via aus durch par using";
-
-/// Words for the direction along the plate.
-const ALONG: &str = "tangential tangentiell tangentielle horizontal transverse";
-
-/// Words of what comes before an impact, and of what comes after it.
-const ROLES: [&str; 2] = [
-    "impact incoming incident aufprall auftreff aufprallgeschwindigkeit auftreffgeschwindigkeit drop release fallhöhe impacto impatto",
-    "rebound reb bounce outgoing rückprall rücksprung rückprallgeschwindigkeit rückprallhöhe rücksprunghöhe rebond out rebote rimbalzo отскока",
-];
-
-/// Words that say that a quantity was taken before one of the two, and after it.
-const MOMENTS: [&str; 2] = ["before vor avant prior pre до", "after nach après post danach после"];
-
-/// Words of what comes before the impact, after which a speed is that of the impact.
-const FALLS: &str = "release drop fall";
-
-/// What else has a size, as the first word of a header.
-const OTHER_BODIES: &str = "container vessel nozzle plate wall tube pixel penetration capillary contact wetted";
-
-/// Words for what was worked out and not measured.
-const MODELS: &str = "theory theoretical theorie model modell fit fitted predicted calc calculated berechnet";
-
-/// What a header names that its column does not take, with the column that does.
-pub(super) fn named_quantity(header: &Header, column: RunColumn) -> Option<Instead> {
-    if let Some(found) = other_function(header, column) {
-        return Some((found, None));
-    }
-    let symbol = header.symbol();
-    let is_stokes = symbol == "St";
-    let is_number = is_among(NUMBERS, symbol) && !header.name[symbol.len()..].starts_with('-');
-    if is_number && !(is_stokes && column == RunColumn::Stokes) {
-        return Some(("a dimensionless number", is_stokes.then_some(RunColumn::Stokes)));
-    }
-    if let Some(right) = other_side(header, column) {
-        return Some((in_few_words(right), Some(right)));
-    }
-    let of_symbol = quantities_of_symbol(symbol);
-    let is_one_of = |quantities: &[Quantity]| quantities.iter().any(|quantity| quantity.is_of(column));
-    let has_symbol = is_one_of(&of_symbol) || columns_called(symbol).contains(&column);
-    if takes_ratios(column) && (is_quotient(header) || has_symbol) {
-        return None;
-    }
-    let (letters, called) = called_as(header.name);
-    if let Some(right) = column_elsewhere(&letters, column, &called, is_one_of(&of_symbol).then_some(symbol)) {
-        return Some((in_few_words(right), Some(right)));
-    }
-    // behind a symbol, brackets tell more of it, as the `(time of flight)` of a `v`
-    let named = match has_symbol {
-        true => quantities_in(&without_brackets(&header.lower)),
-        false => quantities_in(&header.lower),
-    };
-    if is_one_of(&named) || header.has(SOURCES) {
-        return None;
-    }
-    // one of its words is what the column is called
-    let is_within = || header.words.iter().any(|word| columns_called(word).contains(&column));
-    let is_known = has_symbol || !called.is_empty() || is_within();
-    let by_symbol = of_symbol.first().filter(|_| !is_known);
-    let found = named.first().or(by_symbol)?;
-    let is_beside = |other: &RunColumn| other.is_of_rebound() == column.is_of_rebound();
-    let right = found.columns().find(is_beside).or(found.columns().next());
-    Some((found.name, right))
-}
-
-fn takes_ratios(column: RunColumn) -> bool {
-    matches!(
-        column,
-        RunColumn::Restitution | RunColumn::FilmRatio | RunColumn::Stokes
-    )
-}
-
-fn is_quotient(header: &Header) -> bool {
-    header.has_end(RATIOS) || header.contains("/ :") || header.has("over relative")
-}
-
-/// A function of its quantity that a header names, or one of another.
-fn other_function(header: &Header, column: RunColumn) -> Option<&'static str> {
-    let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
-    let outside = without_brackets(&header.lower);
-    let outside: Vec<&str> = words_of(&outside).collect();
-    if words.first().is_some_and(|word| is_among("ln log lg log10", word)) {
-        return Some("a logarithm");
-    }
-    let is_normal = matches!(
-        column,
-        RunColumn::Restitution | RunColumn::ImpactSpeed | RunColumn::ReboundSpeed
-    );
-    if is_normal && (header.has(ALONG) || matches!(words[..], ["e" | "cor" | "ε", "t", ..])) {
-        return Some("what happens along the plate, not normal to it");
-    }
-    if column.is_of_rebound() && matches!(outside[..], [_, second] if is_among(MODELS, second)) {
-        return Some("what a model gives, not what was measured");
-    }
-    let is_size = matches!(column, RunColumn::Diameter | RunColumn::Film);
-    if is_size && words.first().is_some_and(|word| is_among(OTHER_BODIES, word)) && !header.has("film sphere ball") {
-        return Some("the size of something else");
-    }
-    let is_length = matches!(column.dimension(), Dimension::Length | Dimension::Thickness);
-    let of_symbol = column == RunColumn::Restitution && !is_quotient(header) && !header.has_square_sign();
-    let names_none = || quantities_in(&header.lower).is_empty();
-    if header.contains(ROOTS) && (is_length || of_symbol && names_none()) {
-        return Some("a square root");
-    }
-    if is_inverse(&header.lower, column) {
-        return Some("the inverse of what is expected");
-    }
-    let divisor = header.lower.split_once('/').map(|(_, after)| after.trim());
-    let is_power = ["^1/", "^(1/", "^0."].iter().any(|power| header.lower.contains(power));
-    if is_power && !header.contains(ROOTS) {
-        return Some("a power of what is expected");
-    }
-    let is_plain = header.contains("/√ /sqrt") || header.has("dimensionless dimensionslos");
-    let is_ratio = header.has_end(RATIOS) || is_plain || divisor.is_some_and(|after| is_among(DIVISORS, after));
-    (is_ratio && !takes_ratios(column) && !header.has(SOURCES)).then_some("a ratio")
-}
-
-/// The column of the same quantity on the other side of the impact, where a header names that side.
-fn other_side(header: &Header, column: RunColumn) -> Option<RunColumn> {
-    let right = column.other_side()?;
-    let (own, other) = if column.is_of_rebound() { (1, 0) } else { (0, 1) };
-    let is_of = |side: usize| header.has_end(ROLES[side]);
-    // the prime of a `v'`; what goes on behind it is the apostrophe of a word
-    let behind = header.lower.trim_start_matches(char::is_alphanumeric);
-    let is_primed = behind
-        .strip_prefix(['\'', '′'])
-        .is_some_and(|after| !after.starts_with(char::is_alphabetic));
-    let is_other = if MOMENTS.iter().any(|side| header.has(side)) {
-        // what comes before a rebound is the impact, and what comes after an impact the rebound
-        let is_of_another = header.has(FALLS) || own == 1 && is_of(own);
-        header.has(MOMENTS[other]) && !header.has(MOMENTS[own]) && !is_of_another
-    } else {
-        is_of(other) && !is_of(own) && !header.has(SOURCES) || is_primed && other == 1
-    };
-    is_other.then_some(right)
-}
-
-/// The first of the columns that a header is called like, if the own one is none of them.
-fn column_elsewhere(letters: &str, column: RunColumn, called: &[RunColumn], symbol: Option<&str>) -> Option<RunColumn> {
-    // a column of spheres may hold their diameters, and one of liquids the films
-    let may_hold = match column {
-        RunColumn::Diameter => Some(RunColumn::Particle),
-        RunColumn::Film => Some(RunColumn::Liquid),
-        RunColumn::FilmRatio => Some(RunColumn::Film),
-        _ => None,
-    };
-    let is_own = |of: &RunColumn| *of == column || Some(*of) == may_hold;
-    let stem_of = |name: &str| name.to_lowercase().trim_end_matches(char::is_numeric).to_owned();
-    let stem = stem_of(letters);
-    // the `v` of a rebound, the `h0` of a film; a number says before or after an impact
-    let has_number = stem != letters && column.other_side().is_some();
-    let is_symbol = !has_number && symbol.is_some_and(|symbol| stem_of(symbol) == stem);
-    let is_word = quantities().any(|of| of.is_of(column) && is_among(of.words, letters));
-    let is_elsewhere = !is_symbol && !is_word && !called.iter().any(is_own);
-    called.first().copied().filter(|_| is_elsewhere)
-}
-
-/// Whether a quotient stands upside down, as `v_i/v_r` does of a restitution.
-fn is_inverse(lower: &str, column: RunColumn) -> bool {
-    if lower.starts_with("1/") {
-        return true;
-    }
-    let below = match column {
-        RunColumn::Restitution => [RunColumn::ReboundSpeed, RunColumn::Restitution],
-        RunColumn::FilmRatio => [RunColumn::Film, RunColumn::FilmRatio],
-        _ => return false,
-    };
-    let after = lower.split_once(['/', ':']).map(|(_, after)| columns_called(after));
-    after.is_some_and(|called| !called.is_empty() && called.iter().all(|of| below.contains(of)))
+/// The quantity that is called like what a unit is of.
+pub(super) fn quantity_of_kind(kind: &str) -> Option<&'static Quantity> {
+    QUANTITIES
+        .iter()
+        .find(|quantity| quantity.name.split(' ').next_back() == Some(kind))
 }

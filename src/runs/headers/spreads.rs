@@ -1,7 +1,6 @@
 //! Tells a standard deviation from a standard error, and both from other spreads and from the quantities themselves.
 
 use super::super::words::{is_among, words_of};
-use super::called::columns_called;
 use super::header::{Header, Instead, MEASURED};
 use crate::scene::RunColumn;
 
@@ -30,13 +29,13 @@ pub(super) fn other_spread(header: &Header, column: RunColumn) -> Option<Instead
         RestitutionSdOfRuns => is_se.then_some(("a standard error", Some(RestitutionSe))),
         RestitutionSe => (is_deviation && !is_se).then_some(("a standard deviation", Some(RestitutionSdOfRuns))),
         ImpactSpeedSd | ReboundSpeedSd | RestitutionSd => {
-            let called = columns_called(header.name);
+            let called = &header.called;
             let is_quantity = !called.is_empty() && called.iter().all(|of| MEASURED.contains(of));
             if is_quantity && !header.name.contains('±') {
                 return Some(("a quantity itself", called.first().copied()));
             }
-            let divisor = header.lower.split_once('/').map(|(_, after)| after.trim());
-            let is_relative = has("rel relative relativ") || divisor.is_some_and(|of| is_among("e en v vi v_i", of));
+            let of_quantity = |of: &str| is_among("e en v vi v_i", of);
+            let is_relative = has("rel relative relativ") || header.divisor().is_some_and(of_quantity);
             is_other
                 .then_some(other)
                 .or(is_relative.then_some(("a relative spread", None)))

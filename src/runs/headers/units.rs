@@ -29,14 +29,16 @@ struct Atom {
     names: &'static str,
     /// in SI
     size: f64,
+    /// what it is of
+    kind: &'static str,
     powers: Powers,
 }
 
 /// Every one, by `units.txt`.
 static ATOMS: LazyLock<Vec<Atom>> = LazyLock::new(|| {
     let atom = |line: &'static str| {
-        let (kind, names) = line.split_once(": ")?;
-        let (size, kind) = kind.split_once(' ')?;
+        let (size, names) = line.split_once(": ")?;
+        let (size, kind) = size.split_once(' ')?;
         let powers = match kind {
             "length" => LENGTH,
             "time" => TIME,
@@ -45,27 +47,53 @@ static ATOMS: LazyLock<Vec<Atom>> = LazyLock::new(|| {
             _ => ANOTHER,
         };
         let size = size.parse().ok()?;
-        Some(Atom { names, size, powers })
+        Some(Atom {
+            names,
+            size,
+            kind,
+            powers,
+        })
     };
     include_str!("units.txt").lines().filter_map(atom).collect()
 });
 
 /// Atoms that are units only with others: `min` is a minimum, `PA` a polyamide, `n` the normal.
-const ONLY_WITH_OTHERS: &str = "h hr hour hours min minute minutes n mn pa mpa j w k c l frame kt";
+const ONLY_WITH_OTHERS: &str = "h hr hour hours ч час min minute minutes n mn pa mpa j w k c l frame kt";
 
 /// What is a unit only where something sets it off, or nothing else is in the name of a length.
-const UNCLEAR: &str = "in ms sec second seconds min grad deg rad foot";
+const UNCLEAR: &str = "in ins ms sec second seconds seg min grad deg rad foot pied piede fuß fuss";
 
 /// A unit as it is read from a text.
 struct Measure {
     size: f64,
     powers: Powers,
+    /// what the last atom is of that is no length, time, speed or share
+    other: &'static str,
     atoms: usize,
     /// letters of the first atom
     letters: usize,
 }
 
 impl Measure {
+    /// What it is of, as `quantities.txt` calls it; `another` of what is not known there.
+    fn kind(&self) -> &'static str {
+        match (self.other, self.powers) {
+            (_, LENGTH) => "length",
+            (_, TIME) => "time",
+            (_, SPEED) => "speed",
+            (_, SHARE) => "share",
+            (_, [2, 0, 0]) => "area",
+            (_, [3, 0, 0]) => "volume",
+            (_, [0, -1, 0]) => "frequency",
+            (_, [1, -2, 0]) => "acceleration",
+            ("mass", [-3, 0, 1]) => "density",
+            ("pressure", [0, 1, 1]) => "viscosity",
+            ("force", [-1, 0, 1]) => "tension",
+            (other, [0, 0, 1]) => other,
+            _ => "another",
+        }
+    }
+
     fn is_of(&self, dimension: Dimension) -> bool {
         let own = match dimension {
             Dimension::Speed => SPEED,
@@ -98,55 +126,51 @@ pub(in crate::runs) fn unit_of(text: &str) -> Option<StatedUnit> {
 
 /// Reads a product of units, in small letters: `ft/s`, `ft s-1`, `mm per second`, `10^-3 m`, `g cm⁻³`.
 fn measure(text: &str) -> Option<Measure> {
-    let text = with_plain_exponents(text)
-        .replace('−', "-")
-        .replace("**", "^")
-        .replace("0.", "0,");
-    let text = format!(" {text} ")
-        .replace([' ', '_'], "  ")
-        .replace("  per  ", "/")
-        .replace("  pro  ", "/");
+    const BETWEEN: [char; 6] = ['_', '·', '⋅', '*', '×', '.'];
+    let text = with_plain_exponents(text).replace('−', "-").replace("**", "^");
+    let text = text.replace("0.", "0,").replace(BETWEEN, " ").replace('/', " / ");
+    let words = text.split_whitespace().map(|word| word.trim_start_matches('-'));
+    let mut words = words.filter(|word| !word.is_empty()).peekable();
+    let is_slash = |word: &&str| ["/", "per", "pro"].contains(word);
+    // what the slash stands after is no part of the text
+    if words.peek().is_some_and(is_slash) {
+        return None;
+    }
     let mut read = Measure {
         size: 1.0,
         powers: [0; 3],
+        other: "another",
         atoms: 0,
         letters: 0,
     };
-    let mut is_below = false;
-    let mut after = text.trim_start();
-    // what the slash stands after is no part of the text
-    if after.starts_with('/') {
-        return None;
-    }
-    while let Some(start) = after.find(|c: char| !(c.is_whitespace() || "/·⋅*×.-".contains(c))) {
-        is_below |= after[..start].contains('/');
-        let end = after[start..].find(|c: char| c.is_whitespace() || "/·⋅*×.".contains(c));
-        let token = &after[start..end.map_or(after.len(), |end| start + end)];
-        after = &after[start + token.len()..];
-        let sign = if is_below { -1 } else { 1 };
-        if token == "1" && read.atoms > 0 {
-            return None;
-        }
-        if token == "1" || token == "x" {
+    let (mut is_below, mut needs_others) = (false, false);
+    for word in words {
+        if is_slash(&word) {
+            is_below = true;
             continue;
         }
-        if let Some(power) = power_of_ten(token, is_below).filter(|_| read.atoms == 0) {
+        if word == "1" && read.atoms > 0 {
+            return None;
+        }
+        if word == "1" || word == "x" {
+            continue;
+        }
+        if let Some(power) = power_of_ten(word, is_below).filter(|_| read.atoms == 0) {
             read.size *= 10f64.powi(power);
             is_below = false;
             continue;
         }
-        let name_ends = token
-            .find(|c: char| c.is_ascii_digit() || "^-+".contains(c))
-            .unwrap_or(token.len());
-        let (name, exponent) = token.split_at(name_ends);
+        let is_of_exponent = |c: char| c.is_ascii_digit() || "^-+".contains(c);
+        let (name, exponent) = word.split_at(word.find(is_of_exponent).unwrap_or(word.len()));
         let exponent: i32 = match exponent.trim_start_matches('^') {
             "" => 1,
             exponent => exponent.parse().ok()?,
         };
-        let (size, powers) = match ATOMS.iter().find(|atom| is_among(atom.names, name))? {
-            // what a length is divided by is a time
-            atom if atom.names == "ms mps" && is_below && read.atoms > 0 => (1e-3, TIME),
-            atom => (atom.size, atom.powers),
+        let atom = ATOMS.iter().find(|atom| is_among(atom.names, name))?;
+        // what a length is divided by is a time
+        let (size, powers) = match atom.names == "ms mps" && is_below && read.atoms > 0 {
+            true => (1e-3, TIME),
+            false => (atom.size, atom.powers),
         };
         // the `ms-1` of metres a second
         let exponent = if powers == SPEED && exponent == -1 { 1 } else { exponent };
@@ -156,25 +180,26 @@ fn measure(text: &str) -> Option<Measure> {
         if again || !(1..=3).contains(&exponent.abs()) {
             return None;
         }
-        read.size *= size.powi(sign * exponent);
-        (0..2).for_each(|at| read.powers[at] += sign * exponent * powers[at]);
+        let signed = if is_below { -exponent } else { exponent };
+        read.size *= size.powi(signed);
+        (0..2).for_each(|at| read.powers[at] += signed * powers[at]);
         // the pixels a frame are no plain number
         read.powers[2] += powers[2];
+        if powers[2] > 0 {
+            read.other = atom.kind;
+        }
         read.atoms += 1;
         if read.atoms == 1 {
             read.letters = name.chars().count();
         }
-        // by itself
-        if after.trim().is_empty() && read.atoms == 1 && exponent == 1 && is_among(ONLY_WITH_OTHERS, name) {
-            return None;
-        }
+        needs_others = read.atoms == 1 && exponent == 1 && is_among(ONLY_WITH_OTHERS, name);
         // the `m_s` of our own names; metre seconds are nobody's
         if read.powers == [1, 1, 0] && powers == TIME {
             read.powers = SPEED;
             read.size /= size.powi(2);
         }
     }
-    (read.atoms > 0).then_some(read)
+    (read.atoms > 0 && !needs_others).then_some(read)
 }
 
 /// The power of `10^-5`, `1e-5`, `10-5`, `0.01` or, below a slash, `100`.
@@ -194,21 +219,18 @@ fn power_of_ten(token: &str, is_below: bool) -> Option<i32> {
 
 /// A text with `^-5` in place of `⁻⁵`.
 fn with_plain_exponents(text: &str) -> String {
-    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+    const RAISED: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻";
+    const PLAIN: &str = "0123456789-";
     let mut plain = String::new();
     let mut was_raised = false;
     for c in text.chars() {
-        let digit = RAISED.chars().position(|raised| raised == c);
-        let lowered = match digit {
-            Some(digit) => char::from_digit(digit as u32, 10),
-            None if c == '⁻' => Some('-'),
-            None => None,
-        };
+        let mut signs = RAISED.chars().zip(PLAIN.chars());
+        let lowered = signs.find(|(raised, _)| *raised == c);
         if lowered.is_some() && !was_raised {
             plain.push('^');
         }
         was_raised = lowered.is_some();
-        plain.push(lowered.unwrap_or(c));
+        plain.push(lowered.map_or(c, |(_, plain)| plain));
     }
     plain
 }
@@ -304,14 +326,26 @@ pub(in crate::runs) fn unit_in_brackets(name: &str) -> Option<(&str, StatedUnit)
     units.next()
 }
 
+/// What a unit in brackets is of, or one behind the slash or comma that follows a symbol; and how it is written, in small
+/// letters.
+pub(super) fn kind_beside(symbol: &str, name: &str) -> Option<(&'static str, String)> {
+    let behind = name
+        .split_once(['/', ','])
+        .filter(|(before, _)| before.trim() == symbol);
+    let inside = in_brackets(name).map(|own| own.inside);
+    let texts = inside.chain(behind.map(|(_, after)| after));
+    let mut texts = texts.map(|text| text.trim().to_lowercase());
+    texts.find_map(|text| Some((measure(&text)?.kind(), text)))
+}
+
 /// A part of a name in brackets.
-struct Bracketed<'n> {
+pub(super) struct Bracketed<'n> {
     before: &'n str,
-    inside: &'n str,
+    pub inside: &'n str,
     is_square: bool,
 }
 
-fn in_brackets(name: &str) -> impl Iterator<Item = Bracketed<'_>> {
+pub(super) fn in_brackets(name: &str) -> impl Iterator<Item = Bracketed<'_>> {
     name.match_indices(['(', '[']).map(|(at, bracket)| {
         let is_square = bracket == "[";
         let inside = &name[at + 1..];
@@ -432,24 +466,19 @@ fn undivided_unit(name: &str, dimension: Dimension) -> Option<StatedUnit> {
     })
 }
 
-/// A part of a name, between two places where words begin or end.
+/// A part of a name, between two places where words begin or end, with what stands around it.
 struct Piece<'n> {
+    before: &'n str,
     text: &'n str,
-    /// whether a slash, a comma or the word `in` sets it off
-    is_set_off: bool,
-    is_whole: bool,
-    is_last: bool,
-    /// whether a number stands before it, of which it is the unit then, as in `4 mm spheres`
-    is_of_number: bool,
-    /// whether a blank or a word stands before it; what stands at a symbol, as in `D_m`, is an index
-    stands_apart: bool,
+    after: &'n str,
 }
+
+/// Between words.
+const MARKS: [char; 9] = [' ', '_', '/', ',', ';', ':', '.', '-', '|'];
 
 /// Every part of a name between two places where words begin or end: at a mark, or at the capital of `DropHeight`; the longest
 /// first, as the `m/s` of `v_m/s` before its `s`.
 fn pieces(name: &str) -> Vec<Piece<'_>> {
-    /// between words
-    const MARKS: [char; 9] = [' ', '_', '/', ',', ';', ':', '.', '-', '|'];
     let mut starts = vec![0];
     let mut ends = vec![name.len()];
     let mut before = ' ';
@@ -463,62 +492,61 @@ fn pieces(name: &str) -> Vec<Piece<'_>> {
         }
         before = c;
     }
-    let piece = |(start, end): (usize, usize)| {
-        let before = name[..start].trim_end();
-        let word = before.rsplit([' ', '_', '.', ',', '=']).next().unwrap_or_default();
-        Piece {
-            text: &name[start..end],
-            is_set_off: before.ends_with(['/', ',', ';', ':', '|'])
-                || ["in", "en", "em"].contains(&word) && word != before,
-            is_whole: start == 0,
-            is_last: name[end..].trim_start_matches(['.', ' ']).is_empty() || name[end..].starts_with([',', ';']),
-            is_of_number: word.parse::<f64>().is_ok(),
-            stands_apart: name[..start].ends_with(char::is_whitespace)
-                || letters_at_end(before.trim_end_matches(MARKS)) > 2,
-        }
-    };
     let all = starts.iter().flat_map(|start| ends.iter().map(|end| (*start, *end)));
-    let all = all.filter(|(start, end)| {
-        let text = name.get(*start..*end).unwrap_or_default();
-        !text.is_empty() && !text.starts_with(MARKS) && !text.trim_end_matches('.').ends_with(MARKS)
-    });
-    let mut all: Vec<Piece> = all.map(piece).collect();
+    let piece = |(start, end): (usize, usize)| {
+        let text = name.get(start..end)?;
+        let is_whole = !text.starts_with(MARKS) && !text.trim_end_matches('.').ends_with(MARKS);
+        (is_whole && !text.is_empty()).then(|| Piece {
+            before: &name[..start],
+            text,
+            after: &name[end..],
+        })
+    };
+    let mut all: Vec<Piece> = all.filter_map(piece).collect();
     all.sort_by_key(|piece| std::cmp::Reverse(piece.text.len()));
     all
-}
-
-fn letters_at_end(text: &str) -> usize {
-    text.chars().rev().take_while(|c| c.is_alphabetic()).count()
 }
 
 impl Piece<'_> {
     /// Whether it is a unit where it stands, if it is written as one, and no index, direction or material.
     fn is_unit(&self, dimension: Dimension) -> bool {
+        let before = self.before.trim_end();
+        let word = before.rsplit([' ', '_', '.', ',', '=']).next().unwrap_or_default();
+        // by a slash, a comma or the word `in`
+        let is_set_off =
+            before.ends_with(['/', ',', ';', ':', '|']) || ["in", "en", "em"].contains(&word) && word != before;
+        let is_last = self.after.trim_start_matches(['.', ' ']).is_empty() || self.after.starts_with([',', ';']);
         let lower = self.text.trim().to_lowercase();
         // the `in` before a unit, and the index of a `v_c m/s`
         let index = lower.split_whitespace().next().filter(|first| *first != lower);
-        if index.is_some_and(|first| first == "in" || is_among(ONLY_WITH_OTHERS, first) && !self.is_set_off) {
+        if index.is_some_and(|first| first == "in" || is_among(ONLY_WITH_OTHERS, first) && !is_set_off) {
             return false;
         }
         let Some(measure) = measure(&lower) else {
             return false;
         };
+        let is_whole = self.before.is_empty();
         let has_power = lower.starts_with(['0', '1', 'x', '×', '*']);
-        if has_power || self.is_of_number {
-            return has_power && self.is_last && !self.is_whole;
+        // the unit of a number in the name, as in `4 mm spheres`, is not that of the column
+        if has_power || word.parse::<f64>().is_ok() {
+            return has_power && is_last && !is_whole;
         }
-        if self.is_set_off && self.is_last {
+        if is_set_off && is_last {
             return true;
         }
-        let is_length = is_length(dimension);
-        if self.is_whole {
+        if is_whole {
             let is_long = lower.chars().count() > 2 || is_among("mm cm µm μm um", &lower);
             return is_long && !is_among(UNCLEAR, &lower);
         }
+        let is_length = is_length(dimension);
+        // what stands at a symbol, as in `D_m`, is an index
+        let letters = before.trim_end_matches(MARKS).chars().rev();
+        let is_behind_word = letters.take_while(|c| c.is_alphabetic()).count() > 2;
+        let stands_apart = is_behind_word || self.before.ends_with(char::is_whitespace);
         // apart from the rest, `m` is the metre of a length, and `in` and `mil` the inch and the mil of one
         match lower.as_str() {
-            "in" => is_length && self.is_last,
-            "m" => is_length && self.is_last && self.stands_apart,
+            "in" => is_length && is_last,
+            "m" => is_length && is_last && stands_apart,
             "mil" => is_length,
             // the `m_s` of a speed is one, the `s_g` of a sphere in gas none
             _ => !is_among(UNCLEAR, &lower) && (measure.letters > 1 || measure.atoms > 1 && measure.powers[0] != 0),
@@ -535,12 +563,8 @@ const TIMES: [char; 5] = ['*', '×', '·', '⋅', 'x'];
 /// Whether a name, in small letters, says that its numbers are multiplied, as `1000 × v` does; the `x 10^-3 mm` of another is
 /// a unit.
 pub(super) fn has_factor(name: &str) -> bool {
-    let is_power = |digits: &str| {
-        digits.len() > 1
-            && digits
-                .strip_prefix('1')
-                .is_some_and(|rest| rest.bytes().all(|b| b == b'0'))
-    };
+    let are_zeros = |rest: &str| !rest.is_empty() && rest.bytes().all(|b| b == b'0');
+    let is_power = |digits: &str| digits.strip_prefix('1').is_some_and(are_zeros);
     let is_number = |c: char| c.is_ascii_digit() || "^.,".contains(c);
     if words_of(name).any(|word| is_among(FRACTIONS, word)) {
         return true;
