@@ -32,17 +32,19 @@ impl LineAgainstRoot {
     /// are apart: the gain is then normal with a mean of minus half its variance.
     ///
     /// Both laws are told apart by the slowest rebounds, so one wrong row there can bend a whole table: where the linear law
-    /// gains nothing without the slowest rebound of some group, that is what it gains.
+    /// gains little without the slowest rebound of some group, that is what it gains.
     pub fn over_all(setup: FitSetup) -> Option<LineAgainstRoot> {
         /// more runs than this hang on none
         const MANY: usize = 10_000;
+        /// one run of many leaves more of a gain that all share
+        const LEFT: f64 = 0.25;
         let mut found = LineAgainstRoot::of_these(setup)?;
         if found.favours_line() && setup.runs.len() <= MANY {
             let without = slowest_rebounds(setup).into_iter().filter_map(|run| {
                 let runs = &setup.runs.without(&(run..run + 1));
                 LineAgainstRoot::of_these(FitSetup { runs, ..setup })
             });
-            let gains = without.map(|others| others.gain).filter(|gain| *gain <= 0.0);
+            let gains = without.map(|others| others.gain).filter(|gain| *gain < LEFT * found.gain);
             found.gain = gains.reduce(f64::min).unwrap_or(found.gain);
         }
         Some(found)
