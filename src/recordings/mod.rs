@@ -11,6 +11,7 @@
 //! | `air.rs` | computes what the air takes from a falling sphere |
 //! | `impact.rs` | computes the speeds of an impact with their errors |
 //! | `flights.rs` | fits the flights of one recording |
+//! | `plates.rs` | compares the heights at which recordings meet the plate |
 //! | `frames/` | finds the sphere in frames |
 //! | `list.rs` | reads the list of recordings |
 //! | `positions.rs` | reads a table of positions |
@@ -26,6 +27,7 @@ mod gravity;
 mod impact;
 mod list;
 mod parabola;
+mod plates;
 mod positions;
 mod segments;
 mod timing;
@@ -33,7 +35,10 @@ mod track;
 mod write;
 
 pub use air::SphereInAir;
-pub use campaign::{FreeFlight, GravityCheck, ImageScale, Impact, Outcome, ScaleSource, Shown, Tracked, APART_SINCE};
+pub use campaign::{
+    FreeFlight, GravityCheck, ImageScale, Impact, Outcome, ScaleSource, Shown, Tracked, APART_FROM_OTHERS_SINCE,
+    APART_SINCE,
+};
 pub use contacts::Refusal;
 pub use gravity::{Gravity, FAR, GRAVITY, OFF};
 pub use impact::ContactSpeeds;
