@@ -845,6 +845,65 @@ fn right_recordings_are_not_said_to_meet_the_plate_elsewhere() {
     }
 }
 
+#[test]
+fn times_rounded_to_few_digits_are_frames_of_the_rate_or_say_so() {
+    const RATE: f64 = 480.0;
+    let mut rng = rng_of("times_rounded_to_few_digits_are_frames_of_the_rate_or_say_so");
+    let sphere = fall(0.092, 0.9, 0.78);
+    let until = sphere.second_contact() - 0.004;
+    let rows: Vec<(f64, f64)> = (0..(until * RATE) as usize)
+        .map(|frame| frame as f64 / RATE)
+        .map(|time| (time, 1e3 * sphere.height(time) + 0.01 * normal(&mut rng)))
+        .collect();
+    let table = |digits: usize| -> String {
+        let row = |(time, height): &(f64, f64)| format!("{time:.digits$},{height:.4}\n");
+        format!("time_s,y_mm\n{}", rows.iter().map(row).collect::<String>())
+    };
+    let folder = Folder::new();
+    for name in ["told", "untold", "wrong"] {
+        folder.write(&format!("{name}.csv"), table(3));
+    }
+    folder.write("coarse.csv", table(2));
+    let twice = rows
+        .iter()
+        .map(|(time, height)| format!("{time:.3},{height}\n{time:.3},30.2\n"));
+    folder.write("twice.csv", format!("time_s,y_mm\n{}", twice.collect::<String>()));
+    let line = |(name, rate): (&str, &str)| format!("{name}.csv,PTFE,dry,4.762,,{rate}\n");
+    let all = [
+        ("told", "480"),
+        ("untold", ""),
+        ("wrong", "450"),
+        ("coarse", "480"),
+        ("twice", "480"),
+    ];
+    let campaign = listed(&folder, "", &all.map(line).concat());
+    let told = campaign.outcomes[0].tracked.as_ref().expect("a run");
+    let speeds = told.impacts[0].speeds;
+    assert_eq!(told.impacts[0].verdict, None);
+    assert!(
+        (speeds.impact_speed - 0.9).abs() < 4.0 * speeds.impact_speed_sd,
+        "{speeds:?}"
+    );
+    assert_eq!(campaign.notices.len(), 1);
+    campaign.notices[0]
+        .text
+        .says("line 2, told.csv: its times are rounded to 1 ms");
+    let reason = |place: usize| {
+        campaign.outcomes[place]
+            .tracked
+            .as_ref()
+            .expect_err("no run")
+            .words()
+            .to_owned()
+    };
+    for place in [1, 2] {
+        reason(place).says("its times are rounded to too few digits");
+    }
+    reason(3).says("times are rounded to 10 ms");
+    // the planted fault: two things in each frame are no rounding
+    reason(4).says("has another position");
+}
+
 /// The outcome of a sphere that is held, falls and bounces, of which some frames are not seen.
 fn seen_but_for(lost: std::ops::Range<usize>, rng: &mut ChaCha8Rng) -> Result<Tracked, Refusal> {
     let bounces = fall(0.250, 1.0, 0.8);

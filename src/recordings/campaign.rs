@@ -8,6 +8,7 @@ use super::gravity::{is_off, shared, Gravity, GRAVITY};
 use super::impact::{ContactSpeeds, Level};
 use super::list::Recording;
 use super::plates::{alone, PlateHeight};
+use super::rounded_times::are_rounded;
 use super::timing::Jump;
 use super::track::Track;
 use crate::rounding::significant;
@@ -380,6 +381,16 @@ impl Underway<'_> {
         let flights = Flights::of(shown.track.clone(), all_rebounds).map_err(|reason| match reason {
             // frames have their ground below whatever the list says of tables
             Refusal::FallsUpwards if shown.diameter.is_some() => Refusal::BendsUpwards,
+            Refusal::Torn
+            | Refusal::Uneven
+            | Refusal::Unclear
+            | Refusal::NoFall
+            | Refusal::ShortFall
+            | Refusal::EndsBefore
+                if are_rounded(&shown.track) =>
+            {
+                Refusal::RoundedTimes
+            }
             other => other,
         })?;
         Ok(Underway {
