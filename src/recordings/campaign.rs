@@ -3,10 +3,12 @@
 use serde::Serialize;
 
 use super::contacts::{Contact, Refusal};
-use super::flights::Flights;
+use super::flights::{Flights, SURE};
 use super::gravity::{is_off, shared, Gravity, GRAVITY};
-use super::impact::ContactSpeeds;
+use super::impact::{ContactSpeeds, Level};
 use super::list::Recording;
+use super::plates::{alone, PlateHeight};
+use super::rounded_times::are_rounded;
 use super::timing::Jump;
 use super::track::Track;
 use crate::rounding::significant;
@@ -20,6 +22,10 @@ const APART_COUNTS: f64 = 0.005;
 pub const APART_SINCE: &str =
     "frames are missing at one of these contacts, the plate is not level in the picture, or a \
                                mark on a spinning sphere was tracked";
+
+/// What lets a recording meet the plate at another height than the others do.
+pub const APART_FROM_OTHERS_SINCE: &str =
+    "a frame is missing or repeated at its contact, or the plate or the camera was moved";
 
 /// Rounds in which flights, contacts and gravity follow each other; each brings them nearer by orders of magnitude.
 const ROUNDS: usize = 4;
@@ -82,6 +88,9 @@ pub struct Impact {
     /// height difference in m to the nearest of the recording's other contacts and the sphere at rest, where film and errors do
     /// not explain it and it matters; included in the standard deviations of the speeds, as a smaller one is
     pub apart: Option<f64>,
+    /// height difference in m to the other recordings' contacts, where those agree, this one alone differs and it matters;
+    /// included in the standard deviations likewise
+    pub apart_from_others: Option<f64>,
     /// why the run is left out, where it is
     pub verdict: Option<String>,
 }
@@ -177,7 +186,12 @@ pub(super) fn analyse(
         .map(|(recording, shown)| Underway::of(recording, shown.as_ref().map_err(Refusal::clone)?, all_rebounds));
     let mut underway: Vec<Result<Underway, Refusal>> = begun.collect();
     let check = settle(&mut underway);
-    let tracked = underway.into_iter().map(|of| finish(&of?, check));
+    let plates = underway.iter().map(|of| of.as_ref().ok()?.plate(check));
+    let apart = alone(&plates.collect::<Vec<_>>());
+    let tracked = underway
+        .into_iter()
+        .zip(apart)
+        .map(|(of, apart)| finish(&of?, check, apart));
     let tracked: Vec<Result<Tracked, Refusal>> = tracked.collect();
     let outcomes = recordings.into_iter().zip(shown).zip(tracked);
     let outcomes = outcomes.map(|((recording, shown), tracked)| Outcome {
@@ -269,7 +283,8 @@ fn gravity_for(of: &Underway, check: GravityCheck) -> Option<Gravity> {
     check.measured
 }
 
-fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, Refusal> {
+/// What a recording gave, whose first contact is `from_others` away from those of the others where it alone differs.
+fn finish(of: &Underway, check: GravityCheck, from_others: Option<f64>) -> Result<Tracked, Refusal> {
     let gravity = gravity_for(of, check).ok_or(Refusal::NeverFalls)?;
     let flights = &of.flights;
     let mut met = flights.met(gravity);
@@ -279,9 +294,12 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, Refusal> {
         let stuck = contact.rebound().is_none();
         let lost = 2.0 * gravity.value * of.recording.film;
         let at_film = [speeds.impact_speed, speeds.rebound_speed].map(|v| (v * v - lost).max(0.0).sqrt());
-        let apart = flights.apart(*contact, gravity, of.recording.film);
+        let own = flights.apart(*contact, gravity, of.recording.film);
+        let apart = own.filter(|gap| *gap > 0.0);
+        // its own other contacts know better
+        let from_others = from_others.filter(|_| own.is_none() && *contact == first);
         // a height that is off by h moves v by g h/v, and v_r likewise
-        let off = apart.map_or([0.0; 2], |gap| {
+        let off = apart.or(from_others).map_or([0.0; 2], |gap| {
             [speeds.impact_speed, speeds.rebound_speed].map(|v| gravity.value * gap / v)
         });
         let share = off[1] / speeds.rebound_speed;
@@ -293,12 +311,13 @@ fn finish(of: &Underway, check: GravityCheck) -> Result<Tracked, Refusal> {
             stuck,
             at_film,
             apart: apart.filter(|_| share > APART_COUNTS),
+            apart_from_others: from_others.filter(|_| share > APART_COUNTS),
             // its numbers cannot all be right
             verdict: of
                 .width_verdict()
                 .or_else(|| of.fall_verdict(*contact, gravity, check))
                 .or_else(|| of.unseen_verdict(*speeds))
-                .or_else(|| of.contact_verdict(*contact, *speeds))
+                .or_else(|| of.contact_verdict(*contact, *speeds, gravity))
                 .or_else(|| of.run_verdict(*contact, *speeds))
                 .or_else(|| of.scatter_verdict(*speeds))
                 .or_else(|| too_far_apart(apart?, share)),
@@ -362,6 +381,16 @@ impl Underway<'_> {
         let flights = Flights::of(shown.track.clone(), all_rebounds).map_err(|reason| match reason {
             // frames have their ground below whatever the list says of tables
             Refusal::FallsUpwards if shown.diameter.is_some() => Refusal::BendsUpwards,
+            Refusal::Torn
+            | Refusal::Uneven
+            | Refusal::Unclear
+            | Refusal::NoFall
+            | Refusal::ShortFall
+            | Refusal::EndsBefore
+                if are_rounded(&shown.track) =>
+            {
+                Refusal::RoundedTimes
+            }
             other => other,
         })?;
         Ok(Underway {
@@ -369,6 +398,23 @@ impl Underway<'_> {
             stray: None,
             flights: flights.over(scale.value),
             scale,
+        })
+    }
+
+    /// The height at which its first contact meets the plate; `None` of a sphere that stayed.
+    fn plate(&self, check: GravityCheck) -> Option<PlateHeight> {
+        let gravity = gravity_for(self, check).filter(|_| self.stray.is_none())?;
+        let met = self.flights.met(gravity);
+        let (contact, speeds) = met.into_iter().find(|(contact, _)| self.flights.has_frames(*contact))?;
+        contact.rebound()?;
+        Some(PlateHeight {
+            level: Level {
+                height: speeds.height,
+                sd: speeds.height_sd,
+            },
+            by_a_frame: self.flights.higher_by_a_frame(&speeds),
+            film: self.recording.film,
+            scale_and_diameter: [self.scale.value, self.recording.diameter],
         })
     }
 
@@ -490,11 +536,15 @@ impl Underway<'_> {
     }
 
     /// Whether its flights reach the contact: where frames are missing or repeated beside it, some belong to neither.
-    fn contact_verdict(&self, contact: Contact, speeds: ContactSpeeds) -> Option<String> {
+    fn contact_verdict(&self, contact: Contact, speeds: ContactSpeeds, gravity: Gravity) -> Option<String> {
         /// positions that may be another object's, where no other frames are missing or repeated
         const OTHERS: usize = 2;
         /// frames about the contact, whose exposure may hold it
         const ABOUT: f64 = 0.6;
+        /// standard deviations of a position, which a frame moves the contact by more than
+        const CLEAR: f64 = 4.0 * SURE;
+        /// frames that may be missing, or less than 0 repeated, beside a contact
+        const WHOLE: [f64; 3] = [2.0, 1.0, -1.0];
         let after = contact.rebound()?;
         let flights = &self.flights;
         let last = *flights.segments[contact.before].frames.last()?;
@@ -504,8 +554,41 @@ impl Underway<'_> {
             let (time, height) = (flights.track.times[*place], flights.track.heights[*place]);
             (time - speeds.time).abs() > near && height > speeds.height + self.recording.film
         };
+        // one is enough that is on its flight at the time of another frame, unless others are another object's
+        let film = self.recording.film;
+        let lowest = match film {
+            0.0 => speeds.height - WHOLE[0] * flights.higher_by_a_frame(&speeds),
+            _ => speeds.height + film,
+        };
+        let is_whole = |place: &usize| {
+            let (time, height) = (flights.track.times[*place], flights.track.heights[*place]);
+            let is_before = time < speeds.time;
+            let (flight, later) = if is_before {
+                (contact.before, 1.0)
+            } else {
+                (after, -1.0)
+            };
+            let moved = |frames: &f64| time + later * frames * flights.track.frame_time();
+            let is_on = |frames: &f64| {
+                let expected = flights.height_at(flight, gravity, moved(frames));
+                (height - expected).abs() < SURE * flights.sigma
+            };
+            (time - speeds.time).abs() > near && height > lowest && WHOLE.iter().any(is_on)
+        };
+        let is_unbroken = |flight: usize| {
+            let frames = &flights.segments[flight].frames;
+            frames.windows(2).all(|pair| pair[1] == pair[0] + 1)
+        };
         let left = (last + 1..first).filter(is_left).count();
-        let most = if flights.jumps.is_empty() { OTHERS } else { 0 };
+        let whole = (last + 1..first).filter(is_whole).count();
+        let tells = flights.higher_by_a_frame(&speeds) > CLEAR * flights.sigma;
+        let is_sure = tells && whole > 0 && is_unbroken(contact.before) && is_unbroken(after);
+        let left = if is_sure { left.max(whole) } else { left };
+        let most = if is_sure || !flights.jumps.is_empty() {
+            0
+        } else {
+            OTHERS
+        };
         (left > most).then(|| {
             format!("{left} positions beside its contact fit neither flight: frames are missing or repeated there")
         })

@@ -54,6 +54,8 @@ pub enum Refusal {
     Torn,
     /// too many frames are repeated or missing
     Uneven,
+    /// times are rounded to few digits
+    RoundedTimes,
     /// it ends before the sphere has come down, or just after
     EndsBefore,
     /// what follows is neither a flight of enough frames nor a sphere at rest
@@ -157,6 +159,10 @@ impl Refusal {
             Refusal::Torn => "its flight is torn in two, and not by whole frames: the times of its frames are uneven, or the air \
                                 bends the flight of a light sphere",
             Refusal::Uneven => "more than one frame in twelve is repeated or missing: its frame rate is not known",
+            Refusal::RoundedTimes => {
+                "its times are rounded to too few digits: a column `frame` instead of them, or frame_rate_Hz as it was, tells when \
+                 each frame was taken"
+            }
             Refusal::NoFall => {
                 "it begins with a rise, and the frames before it show no free fall: they scatter too much, or some are repeated or \
                  missing"

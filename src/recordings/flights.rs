@@ -25,6 +25,9 @@ pub(super) struct Flights {
     pub is_timed: bool,
 }
 
+/// Standard deviations of two heights of a plate by which these differ, at least.
+pub(super) const SURE: f64 = 5.0;
+
 /// Frames whose exposure may hold the contact, to each side, in frames.
 const EXPOSED: f64 = 0.5;
 
@@ -121,6 +124,18 @@ impl Flights {
         self.air.map_or(0.0, moved)
     }
 
+    /// The height of a flight at a time, with what the air moves it by.
+    pub fn height_at(&self, place: usize, gravity: Gravity, t: f64) -> f64 {
+        let fit = self.fit_from_middle(place);
+        fit.height_under(-gravity.value, t) + self.moved_by_air(place, fit.time, t)
+    }
+
+    /// The height by which two flights meet higher for each frame that is missing between them.
+    pub fn higher_by_a_frame(&self, speeds: &ContactSpeeds) -> f64 {
+        let (v, v_r) = (speeds.impact_speed, speeds.rebound_speed);
+        self.track.frame_time() * v * v_r / (v + v_r)
+    }
+
     /// The contacts at which its flights meet, each with the speeds there.
     pub fn met(&self, gravity: Gravity) -> Vec<(Contact, ContactSpeeds)> {
         let contacts = self.contacts.iter();
@@ -197,12 +212,10 @@ impl Flights {
     }
 
     /// Distance between the height of a contact and the nearest height at which the sphere met the plate otherwise: at another
-    /// contact or at rest. `None` where film and errors explain it, or there is no other.
+    /// contact or at rest. 0 where film and errors explain it; `None` where there is no other.
     ///
     /// A frame that is missing at a contact, where no flight shows it, lets both flights meet above the plate.
     pub fn apart(&self, contact: Contact, gravity: Gravity, film: f64) -> Option<f64> {
-        /// standard deviations of both heights that they differ by, at least
-        const SURE: f64 = 5.0;
         /// times the error of the best known height, beyond which another tells nothing beside it
         const WORSE: f64 = 3.0;
         contact.rebound()?;
@@ -223,7 +236,7 @@ impl Flights {
         let well_known = others.iter().filter(|other| explained(other) <= WORSE * best);
         let is_explained = |other: &Level| (own.height - other.height).abs() <= film + explained(other);
         if well_known.clone().any(is_explained) {
-            return None;
+            return Some(0.0);
         }
         well_known
             .map(|other| (own.height - other.height).abs())

@@ -11,6 +11,8 @@
 //! | `air.rs` | computes what the air takes from a falling sphere |
 //! | `impact.rs` | computes the speeds of an impact with their errors |
 //! | `flights.rs` | fits the flights of one recording |
+//! | `plates.rs` | compares the heights at which recordings meet the plate |
+//! | `rounded_times.rs` | tells times rounded to few digits, and spaces them evenly |
 //! | `frames/` | finds the sphere in frames |
 //! | `list.rs` | reads the list of recordings |
 //! | `positions.rs` | reads a table of positions |
@@ -26,14 +28,19 @@ mod gravity;
 mod impact;
 mod list;
 mod parabola;
+mod plates;
 mod positions;
+mod rounded_times;
 mod segments;
 mod timing;
 mod track;
 mod write;
 
 pub use air::SphereInAir;
-pub use campaign::{FreeFlight, GravityCheck, ImageScale, Impact, Outcome, ScaleSource, Shown, Tracked, APART_SINCE};
+pub use campaign::{
+    FreeFlight, GravityCheck, ImageScale, Impact, Outcome, ScaleSource, Shown, Tracked, APART_FROM_OTHERS_SINCE,
+    APART_SINCE,
+};
 pub use contacts::Refusal;
 pub use gravity::{Gravity, FAR, GRAVITY, OFF};
 pub use impact::ContactSpeeds;
@@ -45,9 +52,12 @@ pub use write::runs_table;
 use std::path::Path;
 
 use frames::{find_sphere, Sightings};
+use positions::Reading;
 
 use crate::error::{and_more, file_name, quoted, Error, Problem};
 use crate::remark::Remark;
+use crate::rounding::significant;
+use crate::units::milliseconds;
 
 /// Recordings with what they gave.
 #[derive(Debug)]
@@ -109,7 +119,16 @@ fn show(
     notices: &mut Vec<Remark>,
 ) -> Result<Shown, String> {
     if positions::is_table(&recording.file) {
-        let (shown, falling) = positions::read(recording, axis).map_err(on_one_line)?;
+        let Reading { shown, falling, spaced } = positions::read(recording, axis).map_err(on_one_line)?;
+        if let (Some(step), Some(rate)) = (spaced, recording.frame_rate) {
+            let Recording { line, run, .. } = recording;
+            let step = significant(milliseconds(step), 1);
+            let text = format!(
+                "line {line}, {run}: its times are rounded to {step} ms; its frames are taken as {rate} a second"
+            );
+            let todo = "write times with more digits, or a column `frame` for them, if frames are missing";
+            notices.push(Remark::new("times_rounded", 1, text, todo));
+        }
         if falling > 1 {
             let Recording { line, run, .. } = recording;
             let taken = quoted(shown.object.as_deref().unwrap_or_default());

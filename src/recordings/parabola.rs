@@ -137,6 +137,14 @@ impl Parabola {
         self.velocity_under(self.acceleration(), t)
     }
 
+    /// Standard deviation of a position that scatters by σ about it at a time, before its acceleration is known.
+    pub fn position_sd(&self, t: f64, sigma: f64) -> f64 {
+        let share = |of: f64, sum: f64| if sum > 0.0 { of * of / sum } else { 0.0 };
+        let straight = share(t - self.time, self.sum_of_squares);
+        let bent = share(self.bend_at(t), self.of_acceleration);
+        sigma * (1.0 + 1.0 / self.frames as f64 + straight + bent).sqrt()
+    }
+
     /// The larger speed of both ends.
     pub fn fastest(&self) -> f64 {
         self.ends

@@ -6,12 +6,14 @@ use std::path::Path;
 use super::campaign::Shown;
 use super::list::{Axis, Recording};
 use super::parabola::Kind;
+use super::rounded_times::{many_are_one, rounded_to, spaced_evenly};
 use super::segments::segments;
 use super::track::Track;
 use crate::error::{quoted, unless_wrong, Error, Problem};
+use crate::rounding::significant;
 use crate::runs::{column, text_rows, whole_file, Column, Fields, Row, TextRow};
 use crate::scene::TableFile;
-use crate::units::Dimension;
+use crate::units::{milliseconds, Dimension};
 
 /// The columns of the table.
 const COLUMNS: [Column; 5] = [
@@ -40,11 +42,21 @@ const MOST_WORDS: usize = 10;
 /// Largest number of a table: nothing that is filmed has another.
 const LARGEST: f64 = 1e12;
 
-/// Reads the table of a recording: what it shows, heights upwards, and how many objects fall in it. `axis` says where its
-/// heights point, unless the recording does; else pixels are counted downwards and lengths upwards.
+/// What a table of positions holds.
+pub(super) struct Reading {
+    /// heights upwards
+    pub shown: Shown,
+    /// how many objects fall
+    pub falling: usize,
+    /// what its times were rounded to in s, where its frames are taken as evenly spaced
+    pub spaced: Option<f64>,
+}
+
+/// Reads the table of a recording. `axis` says where its heights point, unless the recording does; else pixels are counted
+/// downwards and lengths upwards.
 ///
 /// Of several objects the one that falls farthest is taken. Fails where a frame has two positions of one.
-pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<(Shown, usize), Error> {
+pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<Reading, Error> {
     let table = TableFile::named(None, &recording.file.to_string_lossy());
     let refused = |problems: Vec<Problem>| Error::input(&recording.file, problems);
     let (first, mut lines) = text_rows(&table)?;
@@ -78,7 +90,14 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<(Shown, 
     let counted_from = (!fields.has("time")).then_some(0);
     let (problems, _) = fields.finish();
     unless_wrong(problems, ()).map_err(refused)?;
-    let (track, object, falling) = farthest_falling(seen, axis).map_err(|problem| refused(vec![problem]))?;
+    let (mut track, object, falling) =
+        farthest_falling(seen, axis, counted_from.is_none()).map_err(|problem| refused(vec![problem]))?;
+    let rate = recording.frame_rate.filter(|_| counted_from.is_none());
+    let even = rate.and_then(|rate| spaced_evenly(&track.times, rate));
+    let spaced = even.map(|even| {
+        track.times = even.times;
+        even.step
+    });
     let shown = Shown {
         frames: track.times.len(),
         track,
@@ -87,7 +106,7 @@ pub(super) fn read(recording: &Recording, axis: Option<Axis>) -> Result<(Shown, 
         counted_from,
         object,
     };
-    Ok((shown, falling))
+    Ok(Reading { shown, falling, spaced })
 }
 
 struct Seen {
@@ -192,7 +211,7 @@ fn shown(names: &[String]) -> String {
 
 /// The track of the object that falls farthest, where none does of the one that moves most; its name among several; and how
 /// many fall.
-fn farthest_falling(all: Vec<Seen>, axis: Axis) -> Result<(Track, Option<String>, usize), Problem> {
+fn farthest_falling(all: Vec<Seen>, axis: Axis, has_times: bool) -> Result<(Track, Option<String>, usize), Problem> {
     /// of the farthest fall, that another object's is no speck's
     const AS_FAR: f64 = 0.3;
     let mut objects: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
@@ -205,10 +224,21 @@ fn farthest_falling(all: Vec<Seen>, axis: Axis) -> Result<(Track, Option<String>
     for (object, mut seen) in objects {
         seen.sort_by(|a, b| a.time.total_cmp(&b.time));
         if let Some(pair) = seen.windows(2).find(|pair| pair[0].time == pair[1].time) {
-            let expected = format!(
-                "the frame of line {} has another position: expected one, or a column `object` that tells two things apart",
-                pair[0].line
-            );
+            let [times, heights] =
+                [|of: &Seen| of.time, |of: &Seen| of.height].map(|of| seen.iter().map(of).collect::<Vec<_>>());
+            let step = rounded_to(&times).filter(|_| has_times && many_are_one(&times, &heights));
+            let expected = match step {
+                Some(step) => format!(
+                    "has the time of line {}, since times are rounded to {} ms: expected more digits, or a column `frame` and \
+                     `frame_rate_Hz` in the list of recordings",
+                    pair[0].line,
+                    significant(milliseconds(step), 1)
+                ),
+                None => format!(
+                    "the frame of line {} has another position: expected one, or a column `object` that tells two things apart",
+                    pair[0].line
+                ),
+            };
             return Err(Problem::new("", expected).on(pair[1].line));
         }
         let sign = if axis == Axis::Up { 1.0 } else { -1.0 };

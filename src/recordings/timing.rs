@@ -4,10 +4,12 @@
 //! two, of which one lies on the other once it is moved in time by so many frames. A recording whose other jumps are no whole
 //! frames is left as it is: its flights then do not meet.
 //!
+//! Beside a contact a repeated frame is seen by two equal positions, one of them off its flight.
+//!
 //! Where faults are frequent no flight is seen between them, and the scatter of positions is that of the faults. So each move
 //! from a frame to the next is compared with its neighbours first.
 
-use super::parabola::Kind;
+use super::parabola::{Kind, Parabola};
 use super::segments::{parted, Beside, Segment};
 use super::track::Track;
 use crate::distributions::{median, SD_OF_MEDIAN_DISTANCE};
@@ -63,11 +65,37 @@ pub(super) fn on_time(mut track: Track, sigma: f64) -> (Track, Vec<Jump>) {
 fn next_jump(track: &Track, sigma: f64) -> Option<(usize, i32)> {
     let (beside, segments) = parted(track, sigma);
     let beside = beside?;
-    segments.windows(2).find_map(|pair| {
+    let pairs = || segments.windows(2);
+    let in_flight = pairs().find_map(|pair| {
         let [a, b] = pair else { return None };
         let missing = missing_between(&beside, a, b)?;
         Some((*a.frames.last()?, missing))
-    })
+    });
+    let at_contact = || pairs().find_map(|pair| Some((repeated_at_contact(&beside, &pair[0], &pair[1])?, -1)));
+    in_flight.or_else(at_contact)
+}
+
+/// The first of two positions that are one frame, beside the contact between two flights; `None` where there are none.
+///
+/// They are equal to the last digit, and one of them is on its flight while the other is not. Two frames as high before and
+/// after a contact are each on their own, and those of a sphere that dwells on the plate are on neither.
+fn repeated_at_contact(beside: &Beside, a: &Segment, b: &Segment) -> Option<usize> {
+    /// standard deviations of a position by which one is on a flight, and by which it is surely not
+    const ON: f64 = 5.0;
+    const OFF: f64 = 10.0;
+    let meets = a.parabola.velocity(a.parabola.ends[1]) < 0.0 && b.parabola.velocity(b.parabola.ends[0]) > 0.0;
+    if !meets || [a, b].iter().any(|part| part.kind != Kind::Flight) {
+        return None;
+    }
+    let Track { times, heights } = beside.track;
+    let off =
+        |of: &Parabola, at: usize| (heights[at] - of.height(times[at])).abs() / of.position_sd(times[at], beside.sigma);
+    let is_one = |first: &usize| {
+        let offs = [off(&a.parabola, *first), off(&b.parabola, first + 1)];
+        let is_on_one = offs.iter().any(|off| *off < ON) && offs.iter().any(|off| *off > OFF);
+        heights[*first] == heights[first + 1] && is_on_one
+    };
+    (*a.frames.last()?..*b.frames.first()?).find(is_one)
 }
 
 /// How many frames are missing between two parts of one flight; `None` where they are no such parts.

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::findings::range::range;
 use crate::recordings::{
     Campaign, FreeFlight, ImageScale, Impact, Jump, Outcome, Recording, Refusal, ScaleSource, Shown, Track, Tracked,
-    APART_SINCE, FAR, GRAVITY, OFF,
+    APART_FROM_OTHERS_SINCE, APART_SINCE, FAR, GRAVITY, OFF,
 };
 use crate::rounding::significant;
 use crate::scene::DRY;
@@ -126,6 +126,13 @@ pub fn doubts(campaign: &Campaign) -> Vec<String> {
             ));
         }
         let used = tracked.impacts.iter().filter(|impact| impact.verdict.is_none());
+        for gap in used.clone().filter_map(|impact| impact.apart_from_others) {
+            lines.push(format!(
+                "line {line}, {run}: its flights meet {} mm from the height at which the other recordings meet the plate: \
+                 {APART_FROM_OTHERS_SINCE}; ± includes it",
+                significant(millimetres(gap), 2)
+            ));
+        }
         for gap in used.filter_map(|impact| impact.apart) {
             lines.push(format!(
                 "line {line}, {run}: the flights before and after an impact meet {} mm from the height of the other contacts or of \
@@ -331,7 +338,7 @@ fn summary_json(title: &str, campaign: &Campaign, figures: &[&str]) -> Result<St
             "rebound_speed": rebounded.then(|| estimate([speeds.rebound_speed, speeds.rebound_speed_sd])),
             "speed_correlation": rebounded.then_some(speeds.correlation),
             "stuck": impact.stuck,
-            "contact_apart_m": impact.apart,
+            "contact_apart_m": impact.apart.or(impact.apart_from_others),
             "verdict": impact.verdict,
         })
     };
