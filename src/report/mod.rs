@@ -88,9 +88,7 @@ pub fn files(input: ReportInput, with_figures: bool) -> Result<Files, Error> {
             Ok::<_, Error>([report, page, json::text(&file)?])
         },
         || {
-            let draws = input
-                .posterior
-                .map(|posterior| draws::posterior::files(input, posterior));
+            let draws = input.posterior.map(|own| draws::posterior::files(input, own));
             draws.transpose()
         },
     );
