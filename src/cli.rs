@@ -3,6 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `arguments.rs` | says what the command line may hold |
+//! | `help/` | what the help of a verb says after its options |
 //! | `messages.rs` | prints notices, errors and results |
 //! | `threads.rs` | starts the threads of every pool |
 //! | `timing.rs` | times the stages of a fit |

@@ -77,9 +77,9 @@ impl Progress {
         }
     }
 
-    /// Says that the work is longer than was known.
-    pub fn lengthen(&self, length: u64) {
-        self.bar.set_length(length);
+    /// How long the work is, as far as is known.
+    pub fn length(&self) -> u64 {
+        self.bar.length().unwrap_or_default()
     }
 
     /// Says how far the work has come.
@@ -92,6 +92,15 @@ impl Progress {
     /// Says that so much more of the work is done.
     pub fn add(&self, more: u64) {
         self.at(more + self.done.fetch_add(more, Relaxed));
+    }
+
+    /// The same of work that may be longer than was known: at its end it is taken to go on for so much.
+    pub fn add_beyond(&self, more: u64, longer: u64) {
+        self.add(more);
+        let done = self.done.load(Relaxed);
+        if done > self.length() {
+            self.bar.set_length(done.saturating_add(longer));
+        }
     }
 
     /// Says something beside the name of the work.

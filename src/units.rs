@@ -99,6 +99,12 @@ impl Dimension {
         self.units().iter().find(|unit| unit.suffix == suffix)
     }
 
+    /// Every name of this base that a quantity can have in a file, each with its unit; the usual one first.
+    pub fn names(self, base: &str) -> impl Iterator<Item = (String, &'static Unit)> + '_ {
+        let units = self.units().iter();
+        units.map(move |unit| (format!("{base}{}", unit.suffix), unit))
+    }
+
     /// The SI value of a number written in the usual unit.
     pub fn usual_to_si(self, value: f64) -> f64 {
         self.units()[0].to_si(value)
@@ -107,11 +113,8 @@ impl Dimension {
 
 /// Every name a quantity can have in a file, as `a`, `b` or `c`.
 pub fn names_in_words(base: &str, dimension: Dimension) -> String {
-    let names: Vec<String> = dimension
-        .units()
-        .iter()
-        .map(|unit| format!("`{base}{}`", unit.suffix))
-        .collect();
+    let names = dimension.names(base).map(|(name, _)| format!("`{name}`"));
+    let names: Vec<String> = names.collect();
     match names.split_last() {
         Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
         _ => names.concat(),

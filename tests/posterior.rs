@@ -105,8 +105,7 @@ fn ranks(model: &str, name: &str, scenes: usize, fault: Fault) -> Vec<(String, f
     let form = place.scene.model.form();
     let mut scene = place.scene.clone();
     if let Some(truth) = &mut scene.truth {
-        (truth.inertia, truth.dry_speed) = (form.inertia, form.dry_speed);
-        truth.terms = scene.model.terms.clone();
+        truth.form = form;
         truth.noise = NoiseShape::Family(scene.model.likelihood);
         // until one is drawn
         truth.shape = Some(4.0);

@@ -236,7 +236,7 @@ fn the_truth_of_the_example_and_new_runs_of_it_lie_where_they_are_predicted() {
                 dry_k: truth.dry_k[index].expect("given"),
                 ..truth_parameters()
             };
-            let kept = kept_energy(&setting, truth.form(), &own_truth, v);
+            let kept = kept_energy(&setting, truth.form, &own_truth, v);
             let width = row.restitution_q95 - row.restitution_q05;
             if kept > 0.05 && width > 0.0 {
                 // a 90 % band is 3.29 standard deviations wide

@@ -193,7 +193,7 @@ fn with_known_offsets<'s>(scene: &'s Scene, sigma: f64, seed: u64) -> (Vec<NewRu
         let own = offsets
             .entry(key(row.liquid.unwrap_or_default(), row.diameter, film_ratio))
             .or_insert_with(|| sigma * normal(&mut rng));
-        let kept = kept_energy(&setting, truth.form(), &parameters(scene), row.impact_speed);
+        let kept = kept_energy(&setting, truth.form, &parameters(scene), row.impact_speed);
         row.restitution = mean_restitution(kept + *own) + 0.02 * normal(&mut rng);
     }
     (rows, offsets)
@@ -213,7 +213,7 @@ fn a_band_is_of_a_new_series_or_of_the_one_that_was_measured() {
     const SIGMA: f64 = 0.02;
     let scene = scene(0.0, &format!("series_offsets = true\n{SAMPLER}"));
     let truth = parameters(&scene);
-    let form = scene.truth.as_ref().expect("given").form();
+    let form = scene.truth.as_ref().expect("given").form;
     // shares inside the 90 % band: new series in that of a new one, measured in their own, new in those of measured ones
     let sets = study("a_band_is_of_a_new_series", SETS, |seed| {
         let (rows, offsets) = with_known_offsets(&scene, SIGMA, seed);

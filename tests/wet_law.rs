@@ -514,7 +514,10 @@ fn one_wrong_slow_rebound_makes_no_linear_law() {
         };
         (0..40).into_par_iter().map(of_set).sum::<usize>()
     };
-    let (of_root, of_line) = (with_wrong_row("one wrong slow rebound", right), with_wrong_row("the same, linear", linear));
+    let (of_root, of_line) = (
+        with_wrong_row("one wrong slow rebound", right),
+        with_wrong_row("the same, linear", linear),
+    );
     assert!(of_root <= 2 && of_line >= 20, "{of_root} {of_line}");
 }
 

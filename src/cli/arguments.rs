@@ -10,7 +10,8 @@ use super::{calibrate, check, fit, handoff, new, predict, simulate, track, trade
 
 /// Infers the parameters of wet-particle impact from a scene file and a table of impacts
 #[derive(Parser)]
-#[command(version, arg_required_else_help = true, disable_help_subcommand = true, after_help = EXAMPLES)]
+#[command(version, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(after_help = include_str!("help/wetcor.txt").trim_ascii_end())]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) verb: Verb,
@@ -21,15 +22,6 @@ pub(super) struct Arguments {
     #[arg(long, global = true)]
     pub(super) quiet: bool,
 }
-
-const EXAMPLES: &str = "\
-Examples:
-  wetcor new runs.csv
-  wetcor check datasets/mueller2016/scene.toml
-  wetcor fit datasets/mueller2016/scene.toml
-  wetcor help scene
-
-Exit status: 0 ran; 1 ran, and the numbers are not to be quoted; 2 could not run";
 
 #[derive(Subcommand)]
 pub(super) enum Verb {
@@ -52,31 +44,19 @@ pub(super) enum Verb {
     /// Measure how often the intervals cover the truth, on simulated data
     Calibrate(calibrate::Calibrate),
     /// Print the script by which a shell completes commands and options
-    #[command(after_help = "\
-Example:
-  wetcor completions bash > ~/.local/share/bash-completion/completions/wetcor
-
-Other shells look for it elsewhere: zsh as _wetcor in a folder of its fpath, fish as \
-~/.config/fish/completions/wetcor.fish; elvish and PowerShell read it from their start-up file.")]
+    #[command(after_help = include_str!("help/completions.txt").trim_ascii_end())]
     Completions {
         /// The shell that is to complete
         shell: Shell,
     },
     /// Print the help of a command, or every key of a scene
-    #[command(after_help = "\
-Example:
-  wetcor help scene")]
+    #[command(after_help = include_str!("help/help.txt").trim_ascii_end())]
     Help {
         /// A command, or `scene`
         topic: Option<String>,
     },
     /// Print the manual page of wetcor, or of a command
-    #[command(after_help = "\
-Example:
-  wetcor man fit | man -l -
-
-`man wetcor-fit` finds the page where it lies in ~/.local/share/man/man1 as wetcor-fit.1; that of wetcor itself is \
-wetcor.1.")]
+    #[command(after_help = include_str!("help/man.txt").trim_ascii_end())]
     Man {
         /// A command [default: wetcor itself]
         command: Option<String>,

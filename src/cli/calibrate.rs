@@ -12,12 +12,7 @@ use super::messages::print_after_writing;
 use crate::progress::Progress;
 
 #[derive(Args)]
-#[command(after_help = "\
-Examples:
-  wetcor calibrate --out reports/calibration.md
-  mpirun -n 4 wetcor calibrate --out reports/calibration.md
-
-With mpirun, in a build with the feature `mpi`, the ranks take a share of the data sets each; the page is the same.")]
+#[command(after_help = include_str!("help/calibrate.txt").trim_ascii_end())]
 pub(super) struct Calibrate {
     /// File to write
     #[arg(long)]

@@ -14,9 +14,7 @@ use super::messages::{print_notices, print_result};
 use crate::progress::Progress;
 
 #[derive(Args)]
-#[command(after_help = "\
-Example:
-  wetcor check datasets/mueller2016/scene.toml --json")]
+#[command(after_help = include_str!("help/check.txt").trim_ascii_end())]
 pub(super) struct Check {
     /// The scene file
     scene: PathBuf,

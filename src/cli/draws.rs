@@ -12,9 +12,6 @@ pub(super) struct Draws {
     name: &'static str,
     /// draws that one posterior takes where all goes well
     of_one: u64,
-    /// draws that are expected in all
-    expected: AtomicU64,
-    drawn: AtomicU64,
     diverged: AtomicU64,
 }
 
@@ -22,35 +19,23 @@ impl Draws {
     /// Draws of so many posteriors of the scene.
     pub(super) fn of(scene: &Scene, name: &'static str, posteriors: u64) -> Draws {
         let sampler = &scene.sampler;
-        let of_one = sampler
-            .chains
-            .saturating_mul(sampler.warmup.saturating_add(sampler.draws));
-        let expected = of_one.saturating_mul(posteriors);
+        let of_chain = sampler.warmup.saturating_add(sampler.draws);
+        let of_one = sampler.chains.saturating_mul(of_chain);
         Draws {
-            progress: Progress::bar(name, expected),
+            progress: Progress::bar(name, of_one.saturating_mul(posteriors)),
             name,
             of_one,
-            expected: AtomicU64::new(expected),
-            drawn: AtomicU64::new(0),
             diverged: AtomicU64::new(0),
         }
     }
 
     pub(super) fn one(&self, kept: bool, diverging: bool) {
-        let drawn = 1 + self.drawn.fetch_add(1, Relaxed);
         if kept && diverging {
             let diverged = 1 + self.diverged.fetch_add(1, Relaxed);
             self.progress.say(format!("{}, {diverged} divergences", self.name));
         }
-        if drawn > self.expected.load(Relaxed) {
-            // sampled anew with shorter steps, or drawn on
-            let expected = drawn.saturating_add(self.of_one);
-            self.expected.fetch_max(expected, Relaxed);
-            self.progress.lengthen(expected);
-        }
-        if drawn.is_multiple_of(64) {
-            self.progress.at(drawn);
-        }
+        // sampled anew with shorter steps, or drawn on
+        self.progress.add_beyond(1, self.of_one);
     }
 }
 
@@ -67,7 +52,7 @@ mod tests {
         let draws = Draws::of(&scene, "posterior", 1);
         for drawn in 1..100 {
             draws.one(true, false);
-            let expected = draws.expected.load(Relaxed);
+            let expected = draws.progress.length();
             assert!(
                 drawn <= expected && expected <= 14.max(drawn + 14),
                 "{drawn} of {expected}"

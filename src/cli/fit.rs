@@ -24,14 +24,7 @@ use crate::progress::is_quiet;
 const COMPARED: u64 = 10;
 
 #[derive(Args)]
-#[command(after_help = "\
-Example:
-  wetcor fit datasets/mueller2016/scene.toml --out reports/mueller2016
-
-Writes report.md, the same as report.html for a browser, figures/, findings.json, laws.csv and laws_table.csv (e_n(v) of every \
-pair), draws/ and timing.json. An existing folder is replaced only if it holds an earlier \
-report of the same title and nothing else. With mpirun, in a build with the feature `mpi`, the ranks share the reading of a \
-table of more than 2,500,000 runs; the report is the same.")]
+#[command(after_help = include_str!("help/fit.txt").trim_ascii_end())]
 pub(super) struct Fit {
     /// The scene file
     scene: PathBuf,

@@ -14,14 +14,7 @@ use super::messages::{print_after_writing, print_result, status, warn};
 use super::setting::{find_law, positive, warn_of, SettingArguments};
 
 #[derive(Args)]
-#[command(after_help = "\
-Examples:
-  wetcor handoff reports/mueller2016 --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 1.2 --to liggghts --out handoff
-  wetcor handoff reports/mueller2016 --particle PTFE --liquid dry --diameter-mm 4.762 --speed-m-s 1.2 --to table
-
-Each file runs as it is, a drop test of one sphere and of two that meet, and opens with where the law comes from, the range of its runs, how \
-St is counted, what the code makes of a restitution and the input that gives the one asked for. Without --out the first file is \
-printed. A fit that is not to be quoted is handed over with exit status 1, unless --anyway is given.")]
+#[command(after_help = include_str!("help/handoff.txt").trim_ascii_end())]
 pub struct HandoffArguments {
     /// Folder of a finished fit
     folder: PathBuf,

@@ -18,12 +18,7 @@ const SCENE: &str = "scene.toml";
 const MOST_SHOWN: usize = 20;
 
 #[derive(Args)]
-#[command(after_help = "\
-Example:
-  wetcor new runs.csv
-
-Names the particles and liquids of the table, guesses its columns and says so, and lists every key with its default. What \
-must be filled in is marked; `wetcor check` names it. An existing file is kept.")]
+#[command(after_help = include_str!("help/new.txt").trim_ascii_end())]
 pub(super) struct New {
     /// The table: .csv, .tsv, .txt, .parquet or .xlsx (`book.xlsx#May` for another than the first sheet)
     table: PathBuf,

@@ -15,20 +15,7 @@ use super::messages::{print_result, status, warn};
 use super::setting::{find_law, positive, warn_of, AskedLiquid, AskedPair, SettingArguments};
 
 #[derive(Args)]
-#[command(after_help = "\
-Examples:
-  wetcor predict reports/mueller2016 --particle PTFE --liquid AK10 --diameter-mm 4.762 --film-um 286 --speed-m-s 0.2:2:10
-  wetcor predict reports/mueller2016 --particle PTFE --liquid dry --diameter-mm 4.762 --speed-m-s 0.2:2:10
-  wetcor predict reports/mueller2016 --settings settings.csv --speed-m-s 0.2:2:10
-
-A line a speed. restitution is the posterior median of the curve of the energy balance, 0 where it does not rebound; its \
-_q05 to _q95 are the points of its 50 % and 90 % bands, from the parameters' uncertainty alone: what a simulation needs. \
-run_q05 to run_q95 are those of a single run with its scatter, 0 where it sticks: what an experiment will see. log_slope \
-is d ln e/d ln v of the curve. extrapolated: outside the speeds, the Stokes numbers or the film ratios of the particle's runs in that liquid, or the \
-speeds of its dry ones. A table of settings has the columns particle, liquid, diameter, film and, in place of \
---speed-m-s, impact_speed, in any unit; each line of the output then begins with its setting. Of a fit with [model] \
-series_offsets all bands are those of a new series, and series says so. A fit that is not to be quoted is \
-predicted from with exit status 1, unless --anyway is given.")]
+#[command(after_help = include_str!("help/predict.txt").trim_ascii_end())]
 pub struct Predict {
     /// Folder of a finished fit
     folder: PathBuf,
@@ -63,23 +50,26 @@ const MOST_SPEEDS: usize = 100_000;
 #[derive(Clone)]
 struct Speeds(Vec<f64>);
 
-/// So many speeds, evenly spaced, the ends themselves included.
 fn speeds(text: &str) -> Result<Speeds, String> {
-    let expected = || {
+    evenly_spaced(text).ok_or_else(|| {
         format!(
             "expected FIRST:LAST:COUNT as 0.2:2:10, 0 < FIRST < LAST, COUNT from 2 to {MOST_SPEEDS} (or v:v:1 for one)"
         )
-    };
-    let parts: Vec<&str> = text.split(':').collect();
-    let [first, last, count] = parts[..] else {
-        return Err(expected());
-    };
-    let (Ok(first), Ok(last), Ok(count)) = (positive(first), positive(last), count.parse::<usize>()) else {
-        return Err(expected());
-    };
+    })
+}
+
+/// So many speeds, the ends themselves included.
+fn evenly_spaced(text: &str) -> Option<Speeds> {
+    let (first, rest) = text.split_once(':')?;
+    let (last, count) = rest.split_once(':')?;
+    let (first, last, count) = (
+        positive(first).ok()?,
+        positive(last).ok()?,
+        count.parse::<usize>().ok()?,
+    );
     let in_order = if count == 1 { first == last } else { first < last };
     if !in_order || !(1..=MOST_SPEEDS).contains(&count) {
-        return Err(expected());
+        return None;
     }
     let end = count - 1;
     let speed = |i: usize| {
@@ -91,7 +81,7 @@ fn speeds(text: &str) -> Result<Speeds, String> {
             _ => format!("{between:.11e}").parse().unwrap_or(between),
         }
     };
-    Ok(Speeds((0..count).map(speed).collect()))
+    Some(Speeds((0..count).map(speed).collect()))
 }
 
 /// A pair with the speeds asked for there.

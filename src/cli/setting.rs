@@ -61,15 +61,6 @@ impl AskedLiquid {
             AskedLiquid::Other(_) => None,
         }
     }
-
-    /// Its numbers; `None` of a dry plate.
-    fn of(&self, finished: &Finished) -> Result<Option<LiquidBasis>, Error> {
-        match self {
-            AskedLiquid::Dry => Ok(None),
-            AskedLiquid::Named(name) => named_liquid(name, finished).map(Some),
-            AskedLiquid::Other(liquid) => Ok(Some(liquid.clone())),
-        }
-    }
 }
 
 impl SettingArguments {
@@ -127,7 +118,12 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 
 /// What the sphere falls on, its film and liquid checked; `None`: a dry plate.
 fn plate(asked: &AskedPair, finished: &Finished) -> Result<Option<Setting>, Error> {
-    let Some((liquid, film)) = asked.liquid.of(finished)?.zip(asked.film) else {
+    let liquid = match &asked.liquid {
+        AskedLiquid::Dry => return Ok(None),
+        AskedLiquid::Named(name) => named_liquid(name, finished)?,
+        AskedLiquid::Other(liquid) => liquid,
+    };
+    let Some(film) = asked.film else {
         return Ok(None);
     };
     let particle = finished.particle(&asked.particle)?;
@@ -183,10 +179,10 @@ fn check_domain(setting: &Setting) -> Result<(), Error> {
 }
 
 /// A liquid of the scene.
-fn named_liquid(name: &str, finished: &Finished) -> Result<LiquidBasis, Error> {
+fn named_liquid<'f>(name: &str, finished: &'f Finished) -> Result<&'f LiquidBasis, Error> {
     let liquids = &finished.basis.liquids;
     let listed = liquids.iter().find(|liquid| liquid.name == name);
-    listed.cloned().ok_or_else(|| {
+    listed.ok_or_else(|| {
         let names = liquids.iter().map(|liquid| liquid.name.as_str()).chain([DRY]);
         let all: Vec<&str> = names.clone().collect();
         let expected = name_expected(&format!("one of {}", all.join(", ")), name, names);

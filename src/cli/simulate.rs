@@ -12,11 +12,7 @@ use super::messages::{print_after_writing, warn};
 use crate::progress::Progress;
 
 #[derive(Args)]
-#[command(after_help = "\
-Example:
-  wetcor simulate datasets/mueller2016/scene.toml --runs 100000 --out runs.parquet
-
-An existing file is kept unless --force is given; a scene, and the runs of a scene beside it, are never replaced.")]
+#[command(after_help = include_str!("help/simulate.txt").trim_ascii_end())]
 pub(super) struct Simulate {
     /// The scene file
     scene: PathBuf,

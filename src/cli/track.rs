@@ -21,21 +21,7 @@ const PARTS: u64 = 1_000;
 
 /// What `track` is asked.
 #[derive(Args)]
-#[command(after_help = "\
-Example:
-  wetcor track recordings.csv --out runs.csv --report tracking
-
-The list has a line a recording: `file`, `particle`, `diameter_mm`, with a liquid `liquid` and `film_um`; `frame_rate_Hz` \
-unless positions have times; if known `scale_px_per_mm` (else by the diameter or by gravity), `density_kg_m3` (to take off the \
-drag of the air), `y_axis` (`up` or `down`), `y_unit` (of a plain `y` in its table), `run` (its name) and `exclude` (a reason \
-to leave it out).
-
-A `file` is a folder of PNG, JPEG or TIFF frames in order of name, a TIFF of several pages, or a table of positions with \
-`frame`, `time_s` or `time_ms`, one of `y_px`, `y_mm` and `y_m`, and `object` where it follows several; the names of Tracker, \
-trackpy and TrackMate are known. Frames of a video: \
-mkdir drop && ffmpeg -i drop.mp4 -fps_mode passthrough drop/%06d.png
-
-Exit status: 1 where a recording cannot be read or nothing falls in it, or no run is left; the others are written.")]
+#[command(after_help = include_str!("help/track.txt").trim_ascii_end())]
 pub(super) struct Track {
     /// The list of recordings: .csv, .tsv, .txt or .xlsx (`book.xlsx#May` of several sheets)
     recordings: PathBuf,
@@ -68,14 +54,15 @@ pub(super) fn track(request: &Track) -> Result<u8, Error> {
     let place = free_place(out, request.force)?;
     let list = request.recordings.as_path();
     let refuse = |reason: String| Error::out(out, reason);
-    let same = |path: &Path| {
-        path.canonicalize()
-            .is_ok_and(|path| out.canonicalize().is_ok_and(|out| out == path))
-    };
+    let same = |path: &Path| path.canonicalize().is_ok_and(|path| path == place.path());
     if same(list) {
         return Err(refuse("is the list of recordings".to_owned()));
     }
-    if request.report.as_ref().is_some_and(|folder| lies_in(out, folder)) {
+    if request
+        .report
+        .as_ref()
+        .is_some_and(|folder| lies_in(place.path(), folder))
+    {
         return Err(refuse("lies in the folder of the report".to_owned()));
     }
     let title = file_name(list);
@@ -135,17 +122,13 @@ fn warn_each(lines: &[String], what: &str) {
     }
 }
 
-/// Whether a file is a folder, or lies in it, whether they are there or not.
+/// Whether a file, from the root, is a folder or lies in it, whether they are there or not.
 fn lies_in(file: &Path, folder: &Path) -> bool {
-    let whole = |path: &Path| {
-        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        let there = path
-            .ancestors()
-            .find_map(|above| Some((above, above.canonicalize().ok()?)));
-        match there {
-            Some((above, found)) => path.strip_prefix(above).map_or(path.clone(), |rest| found.join(rest)),
-            None => path.clone(),
-        }
-    };
-    whole(file).starts_with(whole(folder))
+    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+    let mut above = folder.ancestors();
+    let there = above.find_map(|above| Some((folder.strip_prefix(above).ok()?, above.canonicalize().ok()?)));
+    there.map_or_else(
+        || file.starts_with(&folder),
+        |(rest, found)| file.starts_with(found.join(rest)),
+    )
 }

@@ -12,11 +12,7 @@ use super::messages::{print_after_writing, print_notices};
 use crate::progress::Progress;
 
 #[derive(Args)]
-#[command(after_help = "\
-Example:
-  wetcor trade datasets/mueller2016/scene.toml --out reports/mueller2016-trade
-
-Writes trade.md, trade.json and trade.svg. The other methods are held against a long run that evaluates every run.")]
+#[command(after_help = include_str!("help/trade.txt").trim_ascii_end())]
 pub(super) struct Trade {
     /// The scene file
     scene: PathBuf,

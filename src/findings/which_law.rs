@@ -44,7 +44,9 @@ impl LineAgainstRoot {
                 let runs = &setup.runs.without(&(run..run + 1));
                 LineAgainstRoot::of_these(FitSetup { runs, ..setup })
             });
-            let gains = without.map(|others| others.gain).filter(|gain| *gain < LEFT * found.gain);
+            let gains = without
+                .map(|others| others.gain)
+                .filter(|gain| *gain < LEFT * found.gain);
             found.gain = gains.reduce(f64::min).unwrap_or(found.gain);
         }
         Some(found)

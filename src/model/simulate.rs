@@ -49,7 +49,7 @@ impl TrueValues {
             value.unwrap_or(f64::NAN)
         };
         let mut shared = Coefficients::default();
-        for coefficient in truth.form().coefficients() {
+        for coefficient in truth.form.coefficients() {
             shared[coefficient] = need(coefficient.describe().name, truth.value(coefficient));
         }
         let (sigma_dry, sigma) = (need("sigma_dry", truth.sigma_dry), need("sigma_wet", truth.sigma_wet));
@@ -242,7 +242,7 @@ impl<'s> Simulation<'s> {
         let v = own(point.impact_speed, self.design.impact_speed_rel_sd, rng);
         let (liquid, film, latent) = match point.wet {
             None => {
-                let e_dry = self.truth.form().dry.restitution(k, v);
+                let e_dry = self.truth.form.dry.restitution(k, v);
                 // which m(e_dry²) is but for rounding
                 (
                     None,
@@ -259,7 +259,7 @@ impl<'s> Simulation<'s> {
                     shared: self.values.shared,
                 };
                 let truth = self.truth;
-                let kept = kept_energy(&setting, truth.form(), &parameters, v);
+                let kept = kept_energy(&setting, truth.form, &parameters, v);
                 let (noise, of_noise) = (self.values.noise, self.wet_noise(setting.stokes(v), rng));
                 let e = noise.restitution(kept + offset, normal_number(noise.energy, rng), of_noise);
                 (Some(liquid.name.as_str()), Some((setting.film, film_ratio)), e)

@@ -6,20 +6,17 @@ use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::units::micrometres;
 
-/// What a quantity is printed in: a length in µm, everything else in its own unit.
-fn printed_unit(quantity: Quantity) -> &'static str {
+/// What a quantity is printed in, and how many of it its own unit has: a length in µm, everything else in its own unit.
+fn printed_unit(quantity: Quantity) -> (&'static str, f64) {
     match quantity.describe().unit {
-        "m" => "µm",
-        own => own,
+        "m" => ("µm", micrometres(1.0)),
+        own => (own, 1.0),
     }
 }
 
 /// How many of the unit that a quantity is printed in its own unit has.
 pub fn factor(quantity: Quantity) -> f64 {
-    match quantity.describe().unit {
-        "m" => micrometres(1.0),
-        _ => 1.0,
-    }
+    printed_unit(quantity).1
 }
 
 /// A unit as it stands behind a symbol: one that is a quotient in brackets, with the minus of formulas.
@@ -35,7 +32,7 @@ pub fn unit_in_brackets(unit: &str) -> String {
 /// The symbol with the unit it is printed in: `δc / µm`.
 pub fn label(quantity: Quantity) -> String {
     let symbol = quantity.describe().symbol;
-    match printed_unit(quantity) {
+    match printed_unit(quantity).0 {
         "1" => symbol.to_owned(),
         unit => format!("{symbol} / {}", unit_in_brackets(unit)),
     }

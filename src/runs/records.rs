@@ -95,7 +95,9 @@ impl<R: Read> Records<R> {
         }
         let text = std::str::from_utf8(&self.text[..self.length]).map_err(|_| unreadable("no text"))?;
         let starts = std::iter::once(&0).chain(&self.ends);
-        let cells = starts.zip(&self.ends[..self.width]).map(|(start, end)| &text[*start..*end]);
+        let cells = starts
+            .zip(&self.ends[..self.width])
+            .map(|(start, end)| &text[*start..*end]);
         Ok(Some(Record {
             line: self.line,
             cells: cells.collect(),

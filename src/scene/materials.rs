@@ -57,8 +57,7 @@ pub(super) fn particle(name: String, table: &SceneTable) -> Option<Particle> {
     // one that is refused is not missing
     let has_roughness = table.gives("roughness", Dimension::Thickness);
     if roughness_rel_sd.is_some() && !has_roughness {
-        let key = "roughness_rel_sd";
-        table.refuse(key, table.at(key), None, "expected roughness_um beside it");
+        table.refuse_key("roughness_rel_sd", "expected roughness_um beside it");
     }
     Some(Particle {
         name,
@@ -101,24 +100,18 @@ fn named_tables<T>(root: &SceneTable, kind: &str, read: impl Fn(String, &SceneTa
     if kind == PARTICLES && !given {
         root.refuse_whole("missing table [particles.NAME]");
     }
-    let Some(table) = found else {
-        return vec![];
-    };
-    let mut found = vec![];
-    for name in table.keys() {
-        let Some(inner) = table.table(&name) else {
-            continue;
-        };
+    let of_name = |table: &SceneTable, name: String| {
+        let inner = table.table(&name)?;
+        let refuse = |expected: &str| table.refuse("", inner.at(""), Some(quoted(&name)), expected);
         if !name_is_allowed(&name) {
-            let expected = format!("expected {NAME_RULE}");
-            table.refuse("", inner.at(""), Some(quoted(&name)), expected);
+            refuse(&format!("expected {NAME_RULE}"));
         }
         if name == MISSING {
-            let expected = "expected another name: a missing cell is marked so";
-            table.refuse("", inner.at(""), Some(quoted(&name)), expected);
+            refuse("expected another name: a missing cell is marked so");
         }
-        found.extend(read(name, &inner));
+        let read = read(name, &inner);
         inner.finish();
-    }
-    found
+        read
+    };
+    found.map_or_else(Vec::new, |table| table.each(|name, _| of_name(&table, name)))
 }

@@ -90,15 +90,15 @@ pub enum HiddenRows {
 
 /// The names that a scene gives its particles and liquids.
 #[derive(Default)]
-pub(super) struct SceneNames<'n> {
-    pub particles: Vec<&'n str>,
-    pub liquids: Vec<&'n str>,
+pub(super) struct SceneNames {
+    pub particles: Vec<String>,
+    pub liquids: Vec<String>,
 }
 
 /// Reads the naming from the table of the data.
 pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) -> Naming {
-    let columns = columns(data).unwrap_or_default();
-    let words = words(data, names).unwrap_or_default();
+    let columns = columns(data);
+    let words = words(data, names);
     let everywhere = data.inner_table("constants", "a table of columns with a value each");
     let constants = everywhere.map_or_else(Vec::new, |table| constants(&table, names, &[]));
     let hidden_rows = one_of([("take", HiddenRows::Take), ("leave", HiddenRows::Leave)]);
@@ -107,7 +107,7 @@ pub(super) fn naming(data: &SceneTable, names: &SceneNames, runs: &[TableFile]) 
     Naming {
         columns,
         words,
-        sheets: sheets(data, names, &constants, runs).unwrap_or_default(),
+        sheets: sheets(data, names, &constants, runs),
         constants,
         header_row: data.read("header_row", count(1, 1 << 20)),
         hidden_rows: data.read("hidden_rows", hidden_rows),
@@ -122,79 +122,64 @@ fn sheets(
     names: &SceneNames,
     everywhere: &[Constant],
     runs: &[TableFile],
-) -> Option<Vec<(String, Vec<Constant>)>> {
-    let table = data.inner_table("sheets", "for each sheet a table of columns with a value each")?;
+) -> Vec<(String, Vec<Constant>)> {
     // the name of a sheet that is not named is not known yet
     let all_are_named = runs.iter().all(|file| file.sheet.is_some());
     let named = || runs.iter().filter_map(|file| file.sheet.as_deref());
-    let of_sheet = |sheet: String| {
+    let takes = "for each sheet a table of columns with a value each";
+    data.inner_each("sheets", takes, |table, sheet, _| {
         if all_are_named && !named().any(|name| name == sheet) {
-            table.refuse_key(&sheet, &name_expected("a sheet that `runs` names", &sheet, named()));
+            table.refuse_key(&sheet, name_expected("a sheet that `runs` names", &sheet, named()));
         }
-        let own = table.table(&sheet)?;
-        let own = constants(&own, names, everywhere);
+        let own = constants(&table.table(&sheet)?, names, everywhere);
         Some((sheet, own))
-    };
-    let sheets = table.keys().into_iter().filter_map(of_sheet).collect();
-    table.finish();
-    Some(sheets)
+    })
 }
 
-fn columns(data: &SceneTable) -> Option<Vec<(String, String)>> {
-    let table = data.inner_table("columns", "a table of our names and theirs")?;
-    let mut columns: Vec<(String, String)> = vec![];
-    for ours in table.keys() {
+fn columns(data: &SceneTable) -> Vec<(String, String)> {
+    let takes = "a table of our names and theirs";
+    data.inner_each("columns", takes, |table, ours, before: &[(String, String)]| {
         if RunColumn::named(&ours).is_none() {
-            refuse_column(&table, &ours);
-            continue;
+            refuse_column(table, &ours);
+            return None;
         }
         // blanks around it are no part of a name in a table either
-        let Some(theirs) = table.text(&ours).map(|theirs| theirs.trim().to_owned()) else {
-            continue;
-        };
+        let theirs = table.text(&ours)?.trim().to_owned();
         if theirs == FILL_IN {
             let expected =
                 "the name that the table gives this column (one that is the same in every row goes into `constants`)";
             table.refuse_given(&ours, expected);
-        } else if columns.iter().any(|(_, other)| *other == theirs) {
+        } else if before.iter().any(|(_, other)| *other == theirs) {
             table.refuse_given(&ours, "a column that stands for no other");
         }
-        columns.push((ours, theirs));
-    }
-    table.finish();
-    Some(columns)
+        Some((ours, theirs))
+    })
 }
 
-fn words(data: &SceneTable, names: &SceneNames) -> Option<Vec<(RunColumn, Vec<[String; 2]>)>> {
-    let table = data.inner_table("values", "for each column a table of their words and ours")?;
-    let of_name = |name: String| {
+fn words(data: &SceneTable, names: &SceneNames) -> Vec<(RunColumn, Vec<[String; 2]>)> {
+    let takes = "for each column a table of their words and ours";
+    data.inner_each("values", takes, |table, name, _| {
         let named = RunColumn::named(&name).map(|(column, _)| column);
         let Some(column) = named.or_else(|| RunColumn::of_base(&name)) else {
-            refuse_column(&table, &name);
+            refuse_column(table, &name);
             return None;
         };
         let of_column = table.table(&name)?;
-        let pair = |theirs: String| {
+        let pairs = of_column.each(|theirs, _| {
             let ours = of_column.text(&theirs)?;
             check_word(&of_column, &theirs, column, &ours, names);
             Some([theirs, ours])
-        };
-        let pairs = of_column.keys().into_iter().filter_map(pair).collect();
-        of_column.finish();
+        });
         Some((column, pairs))
-    };
-    let words = table.keys().into_iter().filter_map(of_name).collect();
-    table.finish();
-    Some(words)
+    })
 }
 
 /// The columns in a table that are the same in every row, none of them among those that are so in every sheet.
 fn constants(table: &SceneTable, names: &SceneNames, everywhere: &[Constant]) -> Vec<Constant> {
-    let mut constants: Vec<Constant> = vec![];
-    for name in table.keys() {
+    table.each(|name, before: &[Constant]| {
         let Some((column, unit)) = RunColumn::named(&name) else {
             refuse_column(table, &name);
-            continue;
+            return None;
         };
         let value = if column.is_number() {
             let expect = match column {
@@ -214,13 +199,12 @@ fn constants(table: &SceneTable, names: &SceneNames, everywhere: &[Constant]) ->
             }
             word.map(ConstantValue::Word)
         };
-        if let Some(other) = constants.iter().chain(everywhere).find(|other| other.column == column) {
-            table.refuse_key(&name, &already_given(column.base(), &other.name));
+        if let Some(other) = before.iter().chain(everywhere).find(|other| other.column == column) {
+            table.refuse_key(&name, already_given(column.base(), &other.name));
         }
-        constants.extend(value.map(|value| Constant { column, name, value }));
-    }
-    table.finish();
-    constants
+        let value = value?;
+        Some(Constant { column, name, value })
+    })
 }
 
 /// Refuses a name that is no column's.
@@ -229,28 +213,25 @@ fn refuse_column(table: &SceneTable, name: &str) {
         Some((_, expected)) => expected,
         None => "expected the name of a column that runs can have, as diameter_mm".to_owned(),
     };
-    table.refuse_key(name, &expected);
+    table.refuse_key(name, expected);
 }
 
 /// Refuses a word that no cell of a column may hold.
 fn check_word(table: &SceneTable, key: &str, column: RunColumn, word: &str, names: &SceneNames) {
-    let known: Option<(&str, Vec<&str>)> = match column {
-        RunColumn::Particle => Some(("a name in [particles]", names.particles.clone())),
-        RunColumn::Liquid => {
-            let with_dry = names.liquids.iter().copied().chain([DRY]);
-            Some(("a name in [liquids] or \"dry\"", with_dry.collect()))
-        }
-        _ => None,
-    };
     if word == MISSING {
         return;
     }
-    if let Some((what, known)) = known {
-        if !known.contains(&word) {
-            let near = closest(word, known).map(|near| format!("{what}; did you mean `{near}`?"));
-            table.refuse_given(key, near.as_deref().unwrap_or(what));
+    let (what, of_scene, besides) = match column {
+        RunColumn::Particle => ("a name in [particles]", &names.particles, None),
+        RunColumn::Liquid => ("a name in [liquids] or \"dry\"", &names.liquids, Some(DRY)),
+        _ if column.is_number() && word.parse::<f64>().is_err() => {
+            return table.refuse_given(key, "a number in quotes, with a decimal point, or \"NA\"");
         }
-    } else if column.is_number() && word.parse::<f64>().is_err() {
-        table.refuse_given(key, "a number in quotes, with a decimal point, or \"NA\"");
+        _ => return,
+    };
+    let known = || of_scene.iter().map(String::as_str).chain(besides);
+    if !known().any(|name| name == word) {
+        let near = closest(word, known()).map(|near| format!("{what}; did you mean `{near}`?"));
+        table.refuse_given(key, near.as_deref().unwrap_or(what));
     }
 }

@@ -12,11 +12,10 @@ use super::table::SceneTable;
 use crate::physics::balance::Balance;
 use crate::physics::coefficient::Coefficients;
 use crate::physics::dry::DRY_K;
-use crate::physics::form::Term;
 use crate::physics::loss::Film;
 use crate::physics::numbers::same_diameter;
 use crate::physics::quantity::Wetted;
-use crate::physics::{numbers, Coefficient, DrySpeed, Form, Inertia, Parameters, Quantity, Viscous};
+use crate::physics::{numbers, Coefficient, Form, Inertia, Parameters, Quantity};
 use crate::units::Dimension;
 
 /// The parameters simulated runs are drawn from. What a file leaves out is missed only when runs are drawn.
@@ -28,12 +27,8 @@ pub struct Truth {
     pub dry_k_by_diameter: Vec<Vec<KOfDiameter>>,
     /// the parameters that particles share, in the order of [`Coefficient::ALL`]
     pub shared: [Option<f64>; Coefficient::COUNT],
-    /// form of the inertial loss
-    pub inertia: Inertia,
-    /// form of the viscous loss where it is held
-    pub viscous: Viscous,
-    /// the speed at which e_dry enters
-    pub dry_speed: DrySpeed,
+    /// the energy balance: the inertial and the viscous loss, or the terms that the table names
+    pub form: Form,
     /// sd of the noise on a dry restitution
     pub sigma_dry: Option<f64>,
     /// sd of the noise on a wet restitution
@@ -46,8 +41,6 @@ pub struct Truth {
     pub shape: Option<f64>,
     /// shape of the noise on wet runs
     pub noise: NoiseShape,
-    /// the terms the truth holds; absent: the inertial and the viscous loss
-    pub terms: Option<Vec<Term>>,
 }
 
 /// k of a particle at one diameter.
@@ -76,7 +69,7 @@ impl Truth {
     /// it.
     pub fn of_quantity(&self, quantity: Quantity) -> Option<f64> {
         match quantity {
-            Quantity::Shared(coefficient) => self.value(coefficient).filter(|_| self.form().has(coefficient)),
+            Quantity::Shared(coefficient) => self.value(coefficient).filter(|_| self.form.has(coefficient)),
             Quantity::DeltaCOverRoughness => self
                 .of_quantity(Quantity::Shared(Coefficient::LubricationLog))
                 .map(f64::exp),
@@ -87,29 +80,19 @@ impl Truth {
     /// What holds at infinite speed of a sphere of this k at a film, with e_dry at a reference speed; `None` where the truth
     /// lacks a number, or where its viscous loss belongs to a diameter.
     pub fn wetted(&self, dry_k: f64, film: Film, reference_speed: f64) -> Option<Wetted<f64>> {
-        let form = self.form();
-        let complete = form.coefficients().all(|coefficient| self.value(coefficient).is_some());
-        if form.viscous.tells_diameters_apart() || !complete {
+        let complete = self.form.coefficients().all(|own| self.value(own).is_some());
+        if self.form.viscous.tells_diameters_apart() || !complete {
             return None;
         }
         let parameters = Parameters {
             dry_k,
             shared: Coefficients::first_of(&self.shared.map(|value| value.unwrap_or(f64::NAN))),
         };
-        let balance = Balance::new(form, film, &parameters);
+        let balance = Balance::new(self.form, film, &parameters);
         Some(Wetted::of_balance(
             balance.e_inf(reference_speed),
             balance.lost.over_stokes,
         ))
-    }
-
-    /// The form of the truth's energy balance.
-    pub fn form(&self) -> Form {
-        let usual = Form {
-            viscous: self.viscous,
-            ..Form::new(self.inertia, self.dry_speed)
-        };
-        self.terms.as_deref().map_or(usual, |terms| usual.with_terms(terms))
     }
 }
 
@@ -147,7 +130,7 @@ pub struct Design {
 
 pub(super) fn truth(
     table: &SceneTable,
-    names: &[&str],
+    names: &[String],
     (particles, liquids): (&[Particle], &[Liquid]),
     model: &ModelChoices,
 ) -> Truth {
@@ -161,6 +144,13 @@ pub(super) fn truth(
     let viscous = table.read("viscous", viscous_forms());
     let viscous = viscous.map(|form| checked_viscous(table, form, particles));
     let terms = table.read("terms", some_terms()).flatten();
+    let as_model = ModelChoices {
+        inertia,
+        viscous: viscous.unwrap_or(model.viscous),
+        terms: checked_terms(table, terms, liquids),
+        dry_speed: table.read("dry_speed", dry_speeds()).map_or(model.dry_speed, dry_speed),
+        ..model.clone()
+    };
     let spread = |own: &SceneParameter| table.read(own.name, number(NOT_NEGATIVE));
     let families = LikelihoodFamily::NAMED.map(|(name, family)| (name, NoiseShape::Family(family)));
     let others = [
@@ -172,16 +162,13 @@ pub(super) fn truth(
         dry_k,
         dry_k_by_diameter,
         shared,
-        inertia: inertia.unwrap_or(Inertia::DEFAULT),
-        viscous: viscous.unwrap_or(model.viscous),
-        dry_speed: table.read("dry_speed", dry_speeds()).map_or(model.dry_speed, dry_speed),
+        form: as_model.form(),
         sigma_dry: spread(&SIGMA_DRY),
         sigma_wet: spread(&SIGMA_WET),
         sigma_energy: spread(&SIGMA_ENERGY),
         sigma_series: spread(&SIGMA_SERIES),
         noise: table.read_or("noise", one_of(shapes), NoiseShape::Family(LikelihoodFamily::Normal)),
         shape: None,
-        terms: checked_terms(table, terms, liquids),
     };
     for (_, family) in LikelihoodFamily::NAMED {
         let Some(own) = family.shape() else {
@@ -199,7 +186,7 @@ pub(super) fn truth(
 
 /// k of each particle, as [`Truth`] has it: one for every diameter, or where the file has a table of them by diameter, each
 /// of these.
-fn true_k(table: &SceneTable, particles: &[&str]) -> (Vec<Option<f64>>, Vec<Vec<KOfDiameter>>) {
+fn true_k(table: &SceneTable, particles: &[String]) -> (Vec<Option<f64>>, Vec<Vec<KOfDiameter>>) {
     let (mut of_all, mut of_each) = (vec![None; particles.len()], vec![vec![]; particles.len()]);
     let takes = "a table of particles, each with a number of 0 or more or a table by diameter in mm";
     let Some(by_particle) = table.inner_table(DRY_K.name, takes) else {
@@ -218,39 +205,29 @@ fn true_k(table: &SceneTable, particles: &[&str]) -> (Vec<Option<f64>>, Vec<Vec<
 
 /// The k of a table whose keys are diameters in mm.
 fn by_diameter(table: &SceneTable) -> Vec<KOfDiameter> {
-    let mut all: Vec<KOfDiameter> = vec![];
-    for key in table.keys() {
+    table.each(|key, before: &[KOfDiameter]| {
         let in_mm = key.parse::<f64>().ok().filter(|mm| (ABOVE_ZERO.holds)(*mm));
         // without quotes TOML takes the point of 4.762 for a table in a table
         let in_quotes = !table.holds_table(&key);
         let Some(diameter) = in_mm.filter(|_| in_quotes).map(|mm| Dimension::Length.usual_to_si(mm)) else {
-            let expected = "expected diameters in mm, in quotes: { \"4.762\" = 0.18 }";
-            table.refuse_key(&key, expected);
-            continue;
+            table.refuse_key(&key, "expected diameters in mm, in quotes: { \"4.762\" = 0.18 }");
+            return None;
         };
         let dry_k = table.number(&key, NOT_NEGATIVE);
-        if all.iter().any(|other| same_diameter(other.diameter, diameter)) {
-            let expected = "expected diameters that differ by more than 0.1 %";
-            table.refuse(&key, table.at(&key), None, expected);
+        if before.iter().any(|other| same_diameter(other.diameter, diameter)) {
+            table.refuse_key(&key, "expected diameters that differ by more than 0.1 %");
         }
-        all.extend(dry_k.map(|dry_k| KOfDiameter { diameter, dry_k }));
-    }
-    table.finish();
-    all
+        let dry_k = dry_k?;
+        Some(KOfDiameter { diameter, dry_k })
+    })
 }
 
 pub(super) fn design(table: &SceneTable, names: &SceneNames) -> Design {
     let diameters = table.by_particle("diameter", Dimension::Length, ABOVE_ZERO, &names.particles);
-    let mut used = vec![];
-    for (name, at) in table.read("liquids", texts()).unwrap_or_default() {
-        match names.liquids.iter().position(|liquid| *liquid == name) {
-            Some(liquid) => used.push(liquid),
-            None => {
-                let names = names.liquids.iter().copied();
-                table.refuse_name("liquids", (&name, at), "a name in [liquids]", names);
-            }
-        }
-    }
+    let liquids = table.read("liquids", texts()).unwrap_or_default();
+    let of_name =
+        |(name, at): &(String, usize)| table.place_of("liquids", (name, *at), "a name in [liquids]", &names.liquids);
+    let liquids = liquids.iter().filter_map(of_name).collect();
     let film_ratios = table.by_particle("film_ratio", Dimension::One, FILM_RATIO, &names.particles);
     let heights = table.list("height", Dimension::Length, ABOVE_ZERO);
     let speeds = table.list("impact_speed", Dimension::Speed, ABOVE_ZERO);
@@ -262,7 +239,7 @@ pub(super) fn design(table: &SceneTable, names: &SceneNames) -> Design {
     let fallen = heights.map(|hs| hs.into_iter().map(numbers::free_fall_speed).collect());
     let design = Design {
         diameters,
-        liquids: used,
+        liquids,
         film_ratios,
         speeds: fallen.or(speeds).unwrap_or_default(),
         dry_speeds: dry_speeds.unwrap_or_default(),

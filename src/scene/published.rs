@@ -47,18 +47,14 @@ pub struct Published {
 }
 
 /// Reads a number from the literature.
-pub(super) fn published(table: &SceneTable, particles: &[&str]) -> Option<Published> {
+pub(super) fn published(table: &SceneTable, particles: &[String]) -> Option<Published> {
     let quantities = [Quantity::EInf, Quantity::StC, Quantity::DryK];
     let quantities = quantities.map(|quantity| (quantity.describe().name, quantity));
     let quantity = table.required("quantity", one_of(quantities));
     let name = table.required("particle", text());
-    let particle = name.as_deref().and_then(|name| {
-        let index = particles.iter().position(|particle| *particle == name);
-        if index.is_none() {
-            let (names, at) = (particles.iter().copied(), table.at("particle"));
-            table.refuse_name("particle", (name, at), "a name in [particles]", names);
-        }
-        index
+    let particle = name.and_then(|name| {
+        let at = table.at("particle");
+        table.place_of("particle", (&name, at), "a name in [particles]", particles)
     });
     let film_ratio = table.read("film_ratio", number(FILM_RATIO));
     let laws = [WetLaw::Linear, WetLaw::Sqrt].map(|law| (law.name(), law));

@@ -65,11 +65,9 @@ fn assemble(root: &SceneTable, path: &Path, sha256: String) -> Option<Scene> {
     let particles = particles(root);
     let liquids = liquids(root);
     // also of tables that lack something: a name in one is known
-    let names = [PARTICLES, LIQUIDS].map(|kind| root.keys_of(kind));
-    let [particle_names, liquid_names] = names.each_ref().map(|names| names.iter().map(String::as_str).collect());
     let names = SceneNames {
-        particles: particle_names,
-        liquids: liquid_names,
+        particles: root.keys_of(PARTICLES),
+        liquids: root.keys_of(LIQUIDS),
     };
     let data = root.table("data").map(|table| data(&table, path, &names));
     if !root.has("data") {

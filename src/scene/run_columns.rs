@@ -140,8 +140,8 @@ impl RunColumn {
     /// Every name a column can have, with its unit.
     pub fn names() -> impl Iterator<Item = (String, RunColumn, &'static Unit)> {
         RunColumn::ALL.into_iter().flat_map(|column| {
-            let units = column.dimension().units().iter();
-            units.map(move |unit| (format!("{}{}", column.base(), unit.suffix), column, unit))
+            let names = column.dimension().names(column.base());
+            names.map(move |(name, unit)| (name, column, unit))
         })
     }
 

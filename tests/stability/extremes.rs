@@ -94,7 +94,7 @@ fn wet_run<'s, R: Rng>(scene: &'s Scene, diameter: f64, film_ratio: f64, v: f64,
     let (l, c) = (of(Coefficient::LubricationLog), of(Coefficient::InertialPrefactor));
     let scale = of(Coefficient::FilmScale).unwrap_or(1.0);
     let parameters = parameters_of([truth.dry_k[0].expect("k"), l.expect("L"), c.expect("C"), scale]);
-    let kept = kept_energy(&setting, truth.form(), &parameters, v);
+    let kept = kept_energy(&setting, truth.form, &parameters, v);
     let e = mean_restitution(kept) + truth.sigma_wet.expect("sigma") * normal(rng);
     NewRun {
         particle: &particle.name,
@@ -344,7 +344,7 @@ fn bounds() -> Vec<Case> {
             ("[30, 60, 100, 150]", "[1, 2, 5, 20, 100, 200]"),
         ]);
         bound.model.dry_speed = DrySpeed::Impact;
-        bound.truth.as_mut().expect("a truth").dry_speed = DrySpeed::Impact;
+        bound.truth.as_mut().expect("a truth").form.dry_speed = DrySpeed::Impact;
         let runs = draw(&bound, "k on its bound", None);
         Case::new(format!("k = {k}"), &bound, &runs, RightBut("plausible_result"))
     };

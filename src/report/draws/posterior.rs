@@ -230,7 +230,7 @@ fn groups_of_runs(scene: &Scene, runs: &Runs) -> [ArrayGroup; 2] {
     let mut liquid = vec![DRY.to_owned(); runs.len()];
     for dry in &runs.dry {
         stuck[dry.stuck.clone()].fill(true);
-        particle[dry.rebounds.start..dry.stuck.end].fill(scene.particles[dry.particle].name.clone());
+        particle[dry.runs()].fill(scene.particles[dry.particle].name.clone());
     }
     for series in &runs.series {
         stuck[series.stuck.clone()].fill(true);

@@ -9,7 +9,8 @@ use crate::findings::predict::Draw;
 use crate::model::parameters::ParameterKind;
 use crate::physics::balance::Balance;
 use crate::physics::loss::Film;
-use crate::physics::{viscous, Inertia, Quantity};
+use crate::physics::quantity::{Place, Wetted};
+use crate::physics::{Inertia, Quantity};
 use crate::runs::{Series, Sphere};
 use crate::scene::WetLaw;
 
@@ -71,13 +72,7 @@ fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Opt
     }
     let series = input.runs.series_of(sphere);
     let runs: usize = series.iter().map(|own| own.runs().len()).sum();
-    let ratio = |own: &Series| {
-        let [liquid, particle] = [
-            input.scene.liquids[own.liquid].density,
-            input.scene.particles[own.particle].density,
-        ];
-        own.runs().len() as f64 * liquid / particle
-    };
+    let ratio = |own: &Series| own.runs().len() as f64 * own.density_ratio(input.scene);
     let density_ratio = series.iter().map(ratio).sum::<f64>() / runs as f64;
     let [lowest, highest] = law.covered?.film_ratio;
     let reference = input.scene.model.dry_speed.reference();
@@ -88,11 +83,8 @@ fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Opt
         };
         let of_draw = |draw: &Draw| {
             let balance = Balance::new(law.form, film, &draw.parameters);
-            let e_inf = balance.e_inf(reference);
-            match quantity {
-                Quantity::StC => viscous::st_c(balance.lost.over_stokes, e_inf),
-                _ => e_inf,
-            }
+            let wetted = Wetted::of_balance(balance.e_inf(reference), balance.lost.over_stokes);
+            quantity.value(&Place::NONE, &wetted)
         };
         law.draws.iter().map(of_draw).sum::<f64>() / law.draws.len() as f64
     };

@@ -24,7 +24,6 @@ use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use super::ReportInput;
 use crate::findings::laws::Pair;
 use crate::findings::series::SeriesFit;
-use crate::physics::numbers::stokes;
 use crate::physics::{Order, Quantity, Restitution};
 use crate::runs::Series;
 use crate::scene::WetLaw;
@@ -213,11 +212,7 @@ fn against_stokes(own: &OfSphere, bands: Option<&Bands>) -> Chart {
     let of_series = |s: &Series| rebounds(input, &s.rebounds, |run| input.runs.inverse_stokes(run));
     let of_shown = |shown: &ShownSeries| shown.series().flat_map(of_series).collect();
     let joined = means_of(series.iter().map(of_shown).collect());
-    let inverse = |s: &Series, v: f64| {
-        let density = input.scene.particles[s.particle].density;
-        let viscosity = input.scene.liquids[s.liquid].viscosity;
-        1.0 / stokes(density, s.diameter, v, viscosity)
-    };
+    let inverse = |s: &Series, v: f64| 1.0 / s.setting(input.scene).stokes(v);
     let stuck = stuck_marks(own, inverse);
     let end = 1.1 * largest(joined.iter().chain(&stuck)).unwrap_or(0.1);
     let mut layers = laws(own, end);

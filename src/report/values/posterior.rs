@@ -79,7 +79,7 @@ fn model(input: ReportInput, posterior: &Posterior) -> Value {
         dry_at_own => form.dry.formula("v_d"),
         dry => form.dry.formula("v"),
         has_dry => !input.runs.dry.is_empty(),
-        likelihood_words => input.scene.model.likelihood.words(),
+        likelihood => input.scene.model.likelihood.name(),
         runs => input.runs.len(),
         errors => RunsWithErrors::of(&input.runs.errors).map(|counted| counted.runs),
         erring => speeds.len(),

@@ -95,23 +95,9 @@ impl LikelihoodFamily {
         is_refused.then(|| format!("expected normal or student beside {what}, which are not integrated over a kink"))
     }
 
-    /// What is to be said of it; nothing of the normal.
-    pub fn words(self) -> Option<&'static str> {
-        match self {
-            LikelihoodFamily::Normal => None,
-            LikelihoodFamily::Student => Some(
-                "Noise has Student's tails: z has a t distribution with ν degrees of freedom, the same for all runs, wet and \
-                 dry; F is the probability of less than a number under it. t is stretched so that 68.3 % of it lies within a \
-                 spread σ of its mean, as of the normal: its standard deviation is larger. A run far from all others says \
-                 little of the other parameters and much of ν.",
-            ),
-            LikelihoodFamily::AsymmetricLaplace => Some(
-                "Noise has an asymmetric Laplace distribution, the same for all runs, wet and dry: its density falls \
-                 exponentially on both sides of a kink, above over exp(η) times the distance as below. z has mean 0 and \
-                 standard deviation 1; the kink is rounded by a normal share of 0.15 of that. F is the probability of less than a \
-                 number under it.",
-            ),
-        }
+    /// Its word in a scene.
+    pub fn name(self) -> &'static str {
+        LikelihoodFamily::NAMED[self as usize].0
     }
 }
 
@@ -193,7 +179,7 @@ pub fn model(table: &SceneTable, particles: &[Particle], liquids: &[Liquid]) -> 
     let energy = "noise on the energy kept (noise = \"both\")";
     let refused = choices.likelihood.refused_beside(energy);
     if let Some(expected) = refused.filter(|_| choices.noise == NoiseOn::Both) {
-        table.refuse("likelihood", table.at("likelihood"), None, expected);
+        table.refuse_key("likelihood", expected);
     }
     table.finish();
     choices
@@ -206,14 +192,10 @@ pub fn dry_speed(given: Option<f64>) -> DrySpeed {
 
 /// The form of the viscous loss; lubrication over the whole film wants the roughness of every particle.
 pub fn checked_viscous(table: &SceneTable, form: Viscous, particles: &[Particle]) -> Viscous {
-    let without = particles.iter().find(|particle| particle.roughness.is_none());
-    if let Some(particle) = without.filter(|_| form.reads_roughness()) {
-        let expected = format!(
-            "{} needs the roughness: expected [particles.{}] roughness_um",
-            form.name(),
-            particle.name
-        );
-        table.refuse("viscous", table.at("viscous"), None, expected);
+    let without = |particle: &&Particle| form.reads_roughness() && particle.roughness.is_none();
+    if let Some(Particle { name, .. }) = particles.iter().find(without) {
+        let needs = format!("{} needs the roughness", form.name());
+        table.refuse_key("viscous", format!("{needs}: expected [particles.{name}] roughness_um"));
     }
     form
 }
@@ -221,13 +203,13 @@ pub fn checked_viscous(table: &SceneTable, form: Viscous, particles: &[Particle]
 /// The terms a table names; a bridge wants the surface tension of every liquid.
 pub fn checked_terms(table: &SceneTable, terms: Option<Vec<Term>>, liquids: &[Liquid]) -> Option<Vec<Term>> {
     let has_bridge = terms.as_ref().is_some_and(|terms| terms.contains(&Term::Bridge));
-    let without = liquids.iter().find(|liquid| liquid.surface_tension.is_none());
-    if let Some(liquid) = without.filter(|_| has_bridge) {
-        let expected = format!(
-            "bridge needs the surface tension: expected [liquids.{}] surface_tension_mN_m",
-            liquid.name
+    let without = |liquid: &&Liquid| has_bridge && liquid.surface_tension.is_none();
+    if let Some(Liquid { name, .. }) = liquids.iter().find(without) {
+        let needs = "bridge needs the surface tension";
+        table.refuse_key(
+            "terms",
+            format!("{needs}: expected [liquids.{name}] surface_tension_mN_m"),
         );
-        table.refuse("terms", table.at("terms"), None, expected);
     }
     terms
 }

@@ -85,11 +85,9 @@ pub(crate) const SIGMA_ENERGY: SceneParameter = SceneParameter {
     symbol: "σ_r",
     meaning: "sd of the energy a wet run keeps",
     example: "0.02",
-    unit: "1",
-    prior: Prior::HalfNormal(0.1),
     reason: "default: a spread of the energy kept above 0.2 would be no measurement",
-    least: 0.0,
     may_be_zero: false,
+    ..SIGMA_DRY
 };
 
 /// Spread of the offsets of series.
@@ -98,7 +96,6 @@ pub(crate) const SIGMA_SERIES: SceneParameter = SceneParameter {
     symbol: "σ_series",
     meaning: "sd of the offsets of the energy kept that the wet runs of a series share",
     example: "0.01",
-    unit: "1",
     prior: Prior::HalfNormal(0.03),
     reason: "default: series whose energy kept differs by more than 0.06 would be no repeats of one law",
     ..SIGMA_ENERGY

@@ -26,7 +26,7 @@ pub struct PriorChoice {
 
 pub fn priors(
     root: &SceneTable,
-    particles: &[&str],
+    particles: &[String],
     likelihood: LikelihoodFamily,
     unused: &mut Vec<String>,
 ) -> Vec<PriorChoice> {
@@ -139,7 +139,7 @@ fn prior(parameter: &SceneParameter, table: &SceneTable) -> Option<Prior> {
             let numbers = table.numbers(family, takes.split(',').count())?;
             let prior = of_numbers(family, &numbers);
             if prior.is_none() {
-                table.refuse(family, table.at(family), None, format!("expected {takes}{rule}"));
+                table.refuse_key(family, format!("expected {takes}{rule}"));
             }
             prior
         }

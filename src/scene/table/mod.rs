@@ -121,20 +121,16 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         self.document.report(at, problem.found(found));
     }
 
-    /// Says that a name is not one of some, and which may have been meant; among very many problems only the former.
-    pub fn refuse_name<'n>(
-        &self,
-        key: &str,
-        (name, at): (&str, usize),
-        what: &str,
-        names: impl IntoIterator<Item = &'n str>,
-    ) {
-        let expected = if self.document.is_full() {
-            format!("expected {what}")
-        } else {
-            name_expected(what, name, names)
-        };
-        self.refuse(key, at, Some(quoted(name)), expected);
+    /// The place of a name among some. One that is none of them is refused, with that which may have been meant, unless very
+    /// many problems were found before.
+    pub fn place_of(&self, key: &str, (name, at): (&str, usize), what: &str, names: &[String]) -> Option<usize> {
+        let place = names.iter().position(|known| *known == name);
+        if place.is_none() {
+            let near: &[String] = if self.document.is_full() { &[] } else { names };
+            let expected = name_expected(what, name, near.iter().map(String::as_str));
+            self.refuse(key, at, Some(quoted(name)), expected);
+        }
+        place
     }
 
     /// Says what the file as a whole lacks.
@@ -155,8 +151,8 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         }
     }
 
-    /// Says that a key is none of this table, and what was expected.
-    pub fn refuse_key(&self, key: &str, expected: &str) {
+    /// Says that a key cannot be as it is, or is none of this table, and what was expected.
+    pub fn refuse_key(&self, key: &str, expected: impl Into<String>) {
         // read, or it would be unknown as well
         self.entry(key);
         self.refuse(key, self.at(key), None, expected);
@@ -193,6 +189,17 @@ impl<'a, 'i> SceneTable<'a, 'i> {
     /// The keys the file sets, in its order.
     pub fn keys(&self) -> Vec<String> {
         keys_in_order(self.entries)
+    }
+
+    /// What each key that the file sets gives, in its order; `read` also sees what those before gave. No key is left unknown
+    /// that `read` has not looked at.
+    pub fn each<T>(&self, read: impl Fn(String, &[T]) -> Option<T>) -> Vec<T> {
+        let mut all = vec![];
+        for key in self.keys() {
+            all.extend(read(key, &all));
+        }
+        self.finish();
+        all
     }
 
     /// The keys of the table under a key, in their order; none where there is no table.

@@ -7,7 +7,7 @@ use super::{DeValue, SceneTable, Spanned};
 use crate::scene::expect::Expect;
 use crate::scene::keys::{KeyGuide, Without};
 use crate::scene::names::already_given;
-use crate::units::{Dimension, Unit, MAGNITUDES, MAGNITUDE_EXPECTED};
+use crate::units::{Dimension, MAGNITUDES, MAGNITUDE_EXPECTED};
 
 /// What is expected where a list of numbers is.
 const LIST: &str = "a list of numbers";
@@ -15,17 +15,11 @@ const LIST: &str = "a list of numbers";
 /// What is told of a key that may be absent; `keys.txt` says what holds then.
 const OPTIONAL: Without = Without::Words("");
 
-/// Every name of a key, each with its unit.
-fn names(base: &str, dimension: Dimension) -> impl Iterator<Item = (String, &'static Unit)> + '_ {
-    let units = dimension.units().iter();
-    units.map(move |unit| (format!("{base}{}", unit.suffix), unit))
-}
-
 impl<'a, 'i> SceneTable<'a, 'i> {
     /// What the file gives under a key that must be there; what is not taken there is refused.
     pub fn required<T>(&self, base: &'static str, takes: Takes<T>) -> Option<T> {
         if !self.gives(base, takes.dimension) {
-            let names = names(base, takes.dimension).map(|(name, _)| name);
+            let names = takes.dimension.names(base).map(|(name, _)| name);
             self.read_keys.borrow_mut().missing.push(names.collect());
         }
         self.read_key(base, &takes, Without::Refused)
@@ -63,6 +57,17 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         self.table(base)
     }
 
+    /// The same, as what each of its keys gives; nothing where there is no such table.
+    pub fn inner_each<T>(
+        &self,
+        base: &'static str,
+        takes: &str,
+        read: impl Fn(&SceneTable<'a, 'i>, String, &[T]) -> Option<T>,
+    ) -> Vec<T> {
+        let inner = self.inner_table(base, takes);
+        inner.map_or_else(Vec::new, |table| table.each(|key, before| read(&table, key, before)))
+    }
+
     /// For each of the particles a list of numbers, in SI: one list for all, or a table of lists by particle; nothing of a key
     /// that is not there, or refused.
     pub fn by_particle(
@@ -70,7 +75,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         base: &'static str,
         dimension: Dimension,
         expect: Expect,
-        particles: &[&str],
+        particles: &[String],
     ) -> Vec<Vec<f64>> {
         let takes = format!("{LIST}, or a table with a list for each particle");
         self.tell(base, dimension, takes.clone(), OPTIONAL);
@@ -99,7 +104,7 @@ impl<'a, 'i> SceneTable<'a, 'i> {
 
     /// Whether the file gives a key, in whichever unit.
     pub fn gives(&self, base: &str, dimension: Dimension) -> bool {
-        names(base, dimension).any(|(name, _)| self.has(&name))
+        dimension.names(base).any(|(name, _)| self.has(&name))
     }
 
     /// Tells of a key what it is read by.
@@ -115,18 +120,15 @@ impl<'a, 'i> SceneTable<'a, 'i> {
         dimension: Dimension,
         read: impl Fn(&str, &'a Spanned<DeValue<'i>>, ToSi) -> Option<T>,
     ) -> Option<T> {
-        let mut given: Vec<(String, &'a Spanned<DeValue<'i>>, &'static Unit)> = vec![];
-        for (name, unit) in names(base, dimension) {
-            if let Some(value) = self.entry(&name) {
-                given.push((name, value, unit));
-            }
-        }
-        given.sort_by_key(|(_, value, _)| value.span().start);
-        if let [(first, _, _), (second, value, _), ..] = given.as_slice() {
+        let names = dimension.names(base);
+        let given = names.filter_map(|(name, unit)| Some((self.entry(&name)?, name, unit)));
+        let mut given: Vec<_> = given.collect();
+        given.sort_by_key(|(value, ..)| value.span().start);
+        if let [(_, first, _), (value, second, _), ..] = given.as_slice() {
             self.refuse(second, value.span().start, None, already_given(base, first));
             return None;
         }
-        let (name, value, unit) = given.first()?;
+        let (value, name, unit) = given.first()?;
         let out_of_range = Cell::new(false);
         let read = read(name, value, &|x| {
             let si = unit.to_si(x);
