@@ -77,7 +77,7 @@ def data(scene):
     """The runs as columns: dry runs, wet rebounds and stuck wet runs."""
     given = tomllib.loads(pathlib.Path(scene).read_text())
     inertia = given["model"].get("inertia")
-    model = {"dry_speed_m_s": REFERENCE_SPEED, "inertia": inertia}
+    model = {"dry_speed_m_s": REFERENCE_SPEED, "inertia": inertia, "noise": "restitution"}
     if given["model"] != model or inertia not in ("saturating", "stepwise") or "priors" in given:
         sys.exit("the model of the scene has changed: change the peers' with it")
     names = sorted(given["particles"])

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import time
 
@@ -19,10 +20,11 @@ def built(kind, name):
 
 
 def simulated(program, runs, folder, inertia="saturating"):
-    """A copy of the example's scene, with such an inertial loss and so many simulated runs; the path of its scene file."""
+    """A copy of the example's scene with such an inertial loss, noise on the restitution alone as the peers have it, and so many
+    simulated runs; the path of its scene file."""
     scene = pathlib.Path(folder) / "scene.toml"
-    lines = SCENE.read_text().splitlines(keepends=True)
-    scene.write_text("".join(f'inertia = "{inertia}"\n' if line.startswith("inertia ") else line for line in lines))
+    text = re.sub(r"^inertia *= .*\n", "", SCENE.read_text(), count=1, flags=re.M)
+    scene.write_text(text.replace("[model]\n", f'[model]\ninertia = "{inertia}"\nnoise = "restitution"\n'))
     command = [program, "simulate", scene, "--runs", str(runs), "--out", scene.with_name("runs.csv"), "--quiet"]
     subprocess.run(command, check=True)
     return scene
