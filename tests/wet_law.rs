@@ -553,7 +553,7 @@ either kind that all groups of one liquid share, one in 1/St that those of one p
 ratio? Without energies of the groups it asks whether one liquid or one particle has a term in 1/St or in the film ratio for \
 itself, or one diameter a term in 1/St, and whether either term drifts from the first row of the table to the last, unless the rows stand in the order of their \
 restitutions. It refuses \
-where chance explains the strongest of these with p < 0.001 (F test, p times the number of terms tried) and a parameter moves by \
+where one of these is beyond chance, p < 0.001 (F test, p times the number of terms tried), and moves a parameter by \
 more than half of its standard error, or with p < 0.01 and one moves by more than two. Outliers and rebounds expected within \
 three spreads of sticking are left out; where a table does not say how well speeds are known, runs are weighed as if they erred \
 by 1 %. The check `linear_law` refuses where the linear law gains more than 4 in log density over the square root, \

@@ -203,7 +203,7 @@ pub const PRIOR_CONFLICT: Kind = cautions("prior_conflict", AtMost(3.0))
     .then("write another prior in [priors], or look for what is wrong in all runs: a unit, the films, a constant");
 
 /// Distance of a main number with noise on the energy, too, from that without, or of its ±, in the smaller ±: beyond this the
-/// wider stands, and where it could not be sampled nothing is quoted.
+/// wider stands, and where it is no wider or could not be sampled nothing is quoted.
 pub const SLOW_REBOUNDS: Kind = forbids("slow_rebounds", AtMost(1.0))
     .by("an error of 1 % in speed or of 3 % in film moves the energy of a run of e < 0.15 by more than its noise")
     .then("give impact_speed_sd_m_s for each run, or write noise = \"both\" in [model]");

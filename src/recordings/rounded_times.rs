@@ -13,6 +13,9 @@ pub(super) struct EvenTimes {
 /// Of a step or a frame time: what f64 leaves of decimal numbers.
 const EXACT: f64 = 1e-6;
 
+/// Of the frame time: finer steps do no harm.
+const FINE: f64 = 0.02;
+
 /// The power of ten in s that all times are multiples of, where they are rounded to it; `None` where they are of more digits
 /// than a camera needs.
 pub(super) fn rounded_to(times: &[f64]) -> Option<f64> {
@@ -25,8 +28,6 @@ pub(super) fn rounded_to(times: &[f64]) -> Option<f64> {
 
 /// Whether frame times are rounded by so much that flights are no parabolas: gaps differ, and by one step at most.
 pub(super) fn are_rounded(track: &Track) -> bool {
-    /// of the frame time: less does no harm
-    const FINE: f64 = 0.02;
     /// of the frame time, that a step which is no frame has at most
     const LESS: f64 = 0.9;
     let frame_time = track.frame_time();
@@ -44,8 +45,6 @@ pub(super) fn are_rounded(track: &Track) -> bool {
 
 /// Times of frames of a rate which these are, each rounded; `None` where they are not, or are not rounded.
 pub(super) fn spaced_evenly(times: &[f64], rate: f64) -> Option<EvenTimes> {
-    /// of the frame time: finer steps do no harm
-    const FINE: f64 = 0.02;
     /// of the frame time: coarser ones do not tell which frame is missing
     const COARSE: f64 = 0.6;
     let first = *times.first()?;

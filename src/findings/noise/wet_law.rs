@@ -7,8 +7,8 @@
 //! one particle, where a density is wrong; and v^(1/5) with one for the runs of one film ratio, whatever the liquid and the
 //! sphere. Without energies of the groups, where no series has an offset, more is asked: the viscous loss of a liquid and of
 //! a particle once again, that of a diameter, a loss that goes with the film in a liquid or a particle, and both losses times
-//! the place of the run in its table, since a liquid may warm and a film dry while runs are recorded. The smallest p is
-//! multiplied by the number of columns (Bonferroni).
+//! the place of the run in its table, since a liquid may warm and a film dry while runs are recorded. Each p is
+//! multiplied by the number of columns (Bonferroni); of those beyond chance the one that moves a parameter most is told.
 //!
 //! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
