@@ -129,8 +129,10 @@ pub fn fit_least_squares_watched(
     let (mut findings, line) = fit_laws(scene, table, seed);
     let balance = findings.energy_balance.as_ref();
     let of_sample = findings.setup(scene, runs.sample());
+    let few = runs.sample().condensed(scene.data.smallest_restitution);
+    let of_few = findings.setup(scene, few.as_ref().unwrap_or(runs.sample()));
     let (constants, noise) = rayon::join(
-        || constants::find_sensitivities(of_sample, &findings.scaling, balance),
+        || constants::find_sensitivities(of_few, &findings.scaling, balance),
         || noise::analyse_noise(of_sample, balance, findings.form),
     );
     (findings.constants, findings.noise) = (constants, noise);

@@ -305,7 +305,7 @@ pub(super) fn unseen_rebounds(scene: &Scene, runs: &Runs, found: &[SingleRun]) -
 
 /// A run by where it stands, what it was made with, and its e.
 pub(super) fn run_words(scene: &Scene, runs: &Runs, run: usize) -> String {
-    let series = runs.series.iter().find(|series| series.runs().any(|own| own == run));
+    let series = runs.series.iter().find(|series| series.runs().contains(&run));
     let of = match series {
         Some(series) => series.label(scene),
         None => "dry".to_owned(),

@@ -320,7 +320,7 @@ fn energy_errors(scene: &Scene, runs: &Runs, own: &Posterior, slow: &[usize]) ->
     let l = mean(ParameterKind::LUBRICATION_LOG).filter(|_| scene.model.viscous.why_no_critical_separation().is_none());
     let of_run = |run: &usize| {
         let mut series = runs.series.iter();
-        let sphere = series.find(|series| series.runs().any(|one| one == *run))?.sphere;
+        let sphere = series.find(|series| series.runs().contains(run))?.sphere;
         let k = mean(ParameterKind::DryK(sphere)).unwrap_or(0.15);
         let e_dry = 1.0 - k * REFERENCE_SPEED.powf(0.2);
         let kept = runs.restitution[*run].powi(2);

@@ -15,7 +15,7 @@ use crate::condensing::polynomials::{Axis, Polynomials, Scale};
 use crate::condensing::recombination::Kept;
 
 /// The near side of a slab, as a share of the distance of its far side from the turn.
-const NEAR_SIDE: f64 = 0.8;
+const NEAR_SIDE: f64 = 0.85;
 
 /// Energy kept, as a share of that of the impact, below which no runs are put together: the plane is no nearer to the
 /// turn.
@@ -24,8 +24,8 @@ const NEAR_TURN: f64 = 0.001;
 /// Standard deviations above the limit from which on hardly a run sticks.
 const CLEAR: f64 = 3.0;
 
-/// Share of 1/v at the slowest rebound of a series, from there, in which none are put together either: the square root's edge
-/// cannot lie before that run, and may lie at it.
+/// Share of 1/v at the slowest rebound of a series, from there, in which only runs of one speed are put together: the square
+/// root's edge cannot lie before that run, and may lie at it.
 const NEAR_EDGE: f64 = 0.002;
 
 /// Standard deviations of a restitution about the limit within which a slab is no wider than one, as the probability to
@@ -154,15 +154,19 @@ impl Runs {
                 true => 1.0 - plane.slowest / self.impact_speed[first + place],
                 false => 1.0,
             };
-            if m * m < NEAR_TURN || from_edge < NEAR_EDGE {
+            if m * m < NEAR_TURN {
                 return None;
             }
+            let speed = match from_edge < NEAR_EDGE {
+                true => self.impact_speed[first + place].to_bits() as i64,
+                false => side(from_edge) as i64,
+            };
             let spreads = (m - limit) / plane.sd;
             let about_limit = spreads.abs() < ABOUT_THE_LIMIT;
             let spread = if about_limit { spreads.floor() } else { ABOUT_THE_LIMIT };
             let film = (self.impacts.film_ratio[first + place] / series.film_ratio).ln() / FILMS;
-            let numbers = [m.signum(), side(m * m), side(from_edge), spread, film.round()];
-            Some(numbers.map(|number| number as i64))
+            let [sign, kept, spread, film] = [m.signum(), side(m * m), spread, film.round()].map(|number| number as i64);
+            Some([sign, kept, speed, spread, film])
         };
         [(&series.rebounds, true), (&series.stuck, false)].map(|(range, rebounded)| {
             let ends = self.ends(range);
