@@ -25,7 +25,7 @@ pub const MOST_KEPT: u64 = 10_000_000;
 pub fn sampler(table: &SceneTable) -> Sampler {
     let sampler = Sampler {
         chains: table.read_or("chains", count(1, MOST_CHAINS), 4),
-        warmup: table.read_or("warmup", count(1, MOST_DRAWS), 1000),
+        warmup: table.read_or("warmup", count(1, MOST_DRAWS), 400),
         draws: table.read_or("draws", count(1, MOST_DRAWS), 1000),
     };
     if sampler.chains * sampler.draws > MOST_KEPT {
