@@ -413,10 +413,18 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
         both.iter()
             .find_map(|c| c.question([f64::NEG_INFINITY, MOST_PREFACTOR])),
     );
+    let offsets = findings.noise.as_ref().and_then(|noise| noise.offsets.as_ref());
+    let beyond_chance = offsets.filter(|offsets| offsets.test.p < remarks::BEYOND_CHANCE);
+    let farthest = beyond_chance.map(|offsets| format!(", the runs of {} as a whole farthest off", offsets.farthest));
     for (kind, symbol, most) in SPREADS {
         let found = of_both(symbol, None, sampled(kind));
         let as_it_is = found.first().map(|own| Uncertain { sd: 0.0, ..*own });
-        questions.extend(as_it_is.and_then(|own| own.question([0.0, most])));
+        let question = as_it_is.and_then(|own| own.question([0.0, most]));
+        let off = farthest
+            .as_deref()
+            .filter(|_| kind == ParameterKind::SigmaWet)
+            .unwrap_or_default();
+        questions.extend(question.map(|question| format!("{question}{off}")));
     }
     let wet = runs.series.iter().flat_map(Series::runs);
     if let Some([least, most]) = range(wet.map(|run| 1.0 / runs.inverse_stokes(run))) {

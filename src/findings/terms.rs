@@ -52,9 +52,17 @@ pub struct SizedTerm {
 }
 
 impl SizedTerm {
-    /// Whether the runs speak clearly against its acting in full.
+    /// Whether the runs speak clearly against its acting in full, and not for a part of it.
     pub fn is_rejected(&self) -> bool {
-        self.gain_without().is_some_and(|gain| gain > GAIN)
+        self.gain_without().is_some_and(|gain| gain > GAIN) && !self.acts_in_part()
+    }
+
+    /// Whether the share that the runs show lies clearly between none and all.
+    fn acts_in_part(&self) -> bool {
+        /// in standard errors
+        const CLEAR: f64 = 2.0;
+        let shown = self.runs_show.zip(self.runs_show_se);
+        shown.is_some_and(|(share, se)| share.min(1.0 - share) > CLEAR * se)
     }
 
     /// By how much log density the runs prefer the model without the term to one in which it acts in full; `None` where
@@ -307,7 +315,12 @@ pub(super) fn term_notice(sized: &SizedTerm) -> Option<Remark> {
     let shown = match (sized.runs_show, sized.runs_show_se) {
         (Some(share), Some(se)) => {
             let share = with_se(share, se);
-            format!("; the runs show {share} of its full effect (0: it is absent, 1: it acts in full)")
+            let between = if sized.acts_in_part() {
+                ", neither none nor all of it"
+            } else {
+                ""
+            };
+            format!("; the runs show {share} of its full effect{between} (0: it is absent, 1: it acts in full)")
         }
         _ => String::new(),
     };
@@ -336,7 +349,7 @@ mod tests {
 
     #[test]
     fn a_term_that_the_runs_reject_is_no_caution_and_a_dry_speed_that_they_show_is_a_check() {
-        let left_out = |term: Term, share: f64| {
+        let shown = |term: Term, share: f64, se: f64| {
             let sized = SizedTerm {
                 term,
                 held: false,
@@ -345,10 +358,11 @@ mod tests {
                 moves: Some("dry_k[PTFE]".to_owned()),
                 largest_effect: 0.15,
                 runs_show: Some(share),
-                runs_show_se: Some(0.3),
+                runs_show_se: Some(se),
             };
             term_notice(&sized).expect("it matters")
         };
+        let left_out = |term: Term, share: f64| shown(term, share, 0.3);
         let rejected = left_out(Term::DrySecondOrder, 0.02);
         assert!(
             !rejected.cautions() && rejected.text.contains("speak against it; the runs show"),
@@ -358,6 +372,15 @@ mod tests {
         assert!(
             open.cautions() && open.text.contains("leaving it out moves k of PTFE by 15"),
             "{open:?}"
+        );
+        // 2.8 standard errors from absent, 4.8 from full
+        let in_part = shown(Term::DrySecondOrder, 0.37, 0.13);
+        assert!(
+            in_part.cautions()
+                && in_part
+                    .text
+                    .contains("0.37 ± 0.13 of its full effect, neither none nor all of it"),
+            "{in_part:?}"
         );
         // a difference of 0.28 is e^3.1 times as likely where it acts
         for (term, share, forbids) in [

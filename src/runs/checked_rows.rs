@@ -88,14 +88,14 @@ impl<'s, 't> CheckedRows<'s, 't> {
         }
     }
 
-    /// Adds the row at a place of the file; `texts` are all its cells that may say that it is no run, `cell` gives what it has
-    /// in a column of the table.
+    /// Adds the row at a place of the file, and says whether it is a run; `texts` are all its cells that may say that it is
+    /// none, `cell` gives what it has in a column of the table.
     pub fn add<'c>(
         &mut self,
         at: CellPlace,
         texts: impl Iterator<Item = &'c str> + Clone,
         cell: impl Fn(&ColumnPlace) -> Option<Cell<&'c str>>,
-    ) {
+    ) -> bool {
         self.names_for_all.see(texts.clone());
         let layout = self.layout;
         let text = |(column, place): &(RunColumn, &ColumnPlace)| (*column, cell(place).map(Cell::text));
@@ -110,7 +110,7 @@ impl<'s, 't> CheckedRows<'s, 't> {
         if let Some(reason) = row.word(RunColumn::Exclude) {
             self.collected.exclude(reason, 1);
             self.liquids.pass(at, liquid);
-            return;
+            return false;
         }
         let runs = layout.place(RunColumn::Runs).and_then(&cell);
         let is_mean_of_runs = runs.is_some_and(|cell| parse_number(&cell.text()).is_ok_and(|runs| runs.value > 1.0));
@@ -130,7 +130,7 @@ impl<'s, 't> CheckedRows<'s, 't> {
         if let Some((_, text)) = texts.enumerate().find(marks_no_run) {
             self.collected.add_labelled(text.trim());
             self.liquids.pass(at, liquid);
-            return;
+            return false;
         }
         let mut bad = vec![];
         let mut is_beside_film = false;
@@ -178,6 +178,7 @@ impl<'s, 't> CheckedRows<'s, 't> {
                 (!text.trim().is_empty()).then(|| quoted(text.trim()))
             });
         }
+        true
     }
 
     /// Gives the runs away that were gathered, where they are a block.

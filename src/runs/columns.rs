@@ -3,7 +3,7 @@
 use super::headers::called::parted;
 use super::headers::header::in_plain_signs;
 use super::headers::heights::{other_height, other_height_by_line};
-use super::headers::remarks::unknown_word;
+use super::headers::remarks::{in_no_unit, unit_in_line, unknown_word};
 use super::headers::units::{
     unit_in_brackets, unit_in_name, unit_of_cell, unit_of_cell_above, units_above, StatedUnit,
 };
@@ -409,6 +409,8 @@ impl Matching<'_> {
         let of_group = parted(&title).1.filter(|stated| has_none && is_unit_of(stated, column));
         let of_legend = legend.as_ref().filter(|_| has_none && is_own);
         let of_legend = of_legend.and_then(|[with_name, _]| unit_in_name(with_name, dimension));
+        let of_line = || header.lines_above.iter().find_map(|line| unit_in_line(line, column));
+        let of_legend = of_legend.or_else(|| of_line().filter(|_| has_none && is_own));
         let has_no_unit = has_none && by_name.is_none() && of_group.is_none() && of_legend.is_none();
         for (stated, by) in [
             (by_name, "its name"),
@@ -425,12 +427,16 @@ impl Matching<'_> {
         let by_line = || lines.find_map(|line| other_height_by_line(line, column, naming));
         let height = by_name.or_else(by_title).or_else(by_line);
         let is_doubtful = told.is_some() && is_own && has_no_unit && height.is_none();
-        let unknown = unknown_word(&plain, dimension).filter(|_| is_doubtful);
-        let unknown = unknown.map(|word| {
+        let by_name = unknown_word(&plain, dimension).map(|word| ("its name", word));
+        // a word among units
+        let has_units_above = !header.units_above.is_empty();
+        let of_title = || unknown_word(&format!("({})", title.trim_matches(['(', ')'])), dimension);
+        let by_title = || Some(("the title above its name", of_title().filter(|_| has_units_above)?));
+        let unknown = by_name.or_else(by_title).filter(|_| is_doubtful);
+        let unknown = unknown.map(|(by, word)| {
             format!(
-                "by its name it may be in {}, which is no unit that is known; expected {}: convert its numbers, or leave the word \
-                 out of the name where it is no unit",
-                quoted(&word),
+                "by {by} it {}; expected {}: convert its numbers, or leave the word out where it is no unit",
+                in_no_unit(&word),
                 names_in_words(column.base(), dimension)
             )
         });

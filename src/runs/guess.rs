@@ -1,8 +1,9 @@
 //! Guesses which column of runs a column of somebody's table is, and in which unit.
 
-use super::headers::called::{called, is_short_for, letters, parted};
+use super::headers::called::{called, columns_called, is_short_for, letters, parted};
 use super::headers::contradicts_its_symbol;
 use super::headers::header::in_plain_signs;
+use super::headers::remarks::{in_no_unit, unknown_word};
 use super::headers::units::{unit_in_name, unit_of_cell, StatedUnit};
 use super::survey::SurveyedColumn;
 use super::words::is_among;
@@ -151,8 +152,15 @@ pub(super) type NotGuessed = (RunColumn, String);
 
 /// What a column may be, of those that are still free. Fails where nothing like it is known, or its unit leaves it open.
 pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool) -> Result<Guess, Option<NotGuessed>> {
-    let found = candidate(column, is_free).filter(|_| !contradicts_its_symbol(&in_plain_signs(&column.name)));
-    let (candidate, stated) = found.ok_or(None)?;
+    let plain = in_plain_signs(&column.name);
+    let found = candidate(column, &is_free).filter(|_| !contradicts_its_symbol(&plain));
+    let (candidate, stated) = found.ok_or_else(|| {
+        let word = unknown_word(&plain, Dimension::Length)?;
+        let mut called = columns_called(&plain.replacen(&word, "", 1)).into_iter();
+        let meant = called.find(|own| is_free(*own) && unknown_word(&plain, own.dimension()).is_some())?;
+        let why = "convert its numbers, or leave the word out where it is no unit";
+        Some((meant, format!("but {}: {why}", in_no_unit(&word))))
+    })?;
     let not_guessed = |why: String| Some((candidate, why));
     if candidate == RunColumn::Restitution && column.name.trim_start().starts_with('E') && parted(&column.name).0 == "e"
     {

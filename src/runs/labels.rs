@@ -18,7 +18,8 @@ const MEANS: &str =
 
 const OTHERS: &str =
     "total totals sum subtotal std stdev stddev sd rms σ cv var variance varianz min max stdabw summe gesamt \
-     standardabweichung stabw écart ecart somme suma totale desviación median médiane mediane mediana";
+     standardabweichung stabw écart ecart somme suma totale desviación deviation sem standardfehler iqr spannweite median \
+     médiane mediane mediana medián mediaan mdn medianwert zentralwert медиана 中央値 中位数";
 
 /// Words for all runs together.
 const ALL: &str = "all alle alles tous tout todos todas tutti tutte";
@@ -29,7 +30,7 @@ const AFTER: &str =
      del standard mean wert sd std";
 
 /// What may stand before such a word.
-const BEFORE: &str = "set series block group overall grand arithmetic";
+const BEFORE: &str = "set series block group overall grand arithmetic geometric weighted standard";
 
 /// Letters of the longest cell that is looked at.
 const LONGEST: usize = 60;

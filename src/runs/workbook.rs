@@ -26,8 +26,8 @@ pub(super) struct SheetRow {
     pub number: u64,
     /// those that are not empty, by their columns: one far out costs no more than one beside the others
     pub(super) cells: BTreeMap<usize, Cell<String>>,
-    /// columns of those of them that are merged with cells above
-    merged: Vec<usize>,
+    /// columns of those of them that are merged with cells above, each with the number of the first row of its cell
+    merged: BTreeMap<usize, u64>,
 }
 
 impl SheetRow {
@@ -59,22 +59,29 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
     let mut checked = CheckedRows::new(&layout, scene, None);
     let mut unnamed = BTreeSet::new();
     let rebounds: Vec<&ColumnPlace> = REBOUNDS.into_iter().filter_map(|column| layout.place(column)).collect();
+    let mut last_run = 0;
     while let Some(row) = sheet.next_row()? {
         unnamed.extend(row.cells.range(layout.width..).map(|(column, _)| *column));
         let texts = row.texts(layout.width);
-        let is_own = |(column, text): (usize, &String)| !text.is_empty() && !row.merged.contains(&column);
+        let is_own = |(column, text): (usize, &String)| !text.is_empty() && !row.merged.contains_key(&column);
         if !texts.iter().enumerate().any(is_own) {
             // a note beside the table
             continue;
         }
-        let again = rebounds.iter().filter(|place| row.merged.contains(&place.index));
-        again
-            .filter_map(|place| rebound_again(&row, place))
-            .for_each(|problem| checked.problems.push(problem));
         let in_order = texts.iter().map(String::as_str);
-        checked.add(CellPlace::Row(row.number), in_order, |place| {
+        let is_run = checked.add(CellPlace::Row(row.number), in_order, |place| {
             row.cells.get(&place.index).map(Cell::borrowed)
         });
+        if is_run {
+            let is_of_run_above = |first: &u64| *first <= last_run;
+            let again = rebounds
+                .iter()
+                .filter(|place| row.merged.get(&place.index).is_some_and(is_of_run_above));
+            again
+                .filter_map(|place| rebound_again(&row, place))
+                .for_each(|problem| checked.problems.push(problem));
+            last_run = row.number;
+        }
     }
     if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
         checked.problems.extend(problems.into());
@@ -87,8 +94,8 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
     checked.finish()
 }
 
-/// Refuses a rebound in a cell that is merged with those above it: one rebound is no measurement of several runs, but all of
-/// them may have stuck.
+/// Refuses a rebound in a cell that is merged with that of a run above it: one rebound is no measurement of several runs, but
+/// all of them may have stuck.
 fn rebound_again(row: &SheetRow, place: &ColumnPlace) -> Option<Problem> {
     let text = row.cells.get(&place.index)?.borrowed().text();
     let is_above_zero = parse_number(&text).is_ok_and(|number| number.value > 0.0);
@@ -331,8 +338,8 @@ impl Sheet<'_, '_> {
 struct MergedCells {
     /// those not come to, the next one last
     below: Vec<Dimensions>,
-    /// of each column the last that was begun: the index of its last row, and what it holds
-    begun: BTreeMap<usize, (u32, Cell<String>)>,
+    /// of each column the last that was begun, and what it holds
+    begun: BTreeMap<usize, (Dimensions, Cell<String>)>,
 }
 
 impl MergedCells {
@@ -348,18 +355,18 @@ impl MergedCells {
     /// Gives a row what cells hold that began above it; rows come from the top.
     fn fill(&mut self, row: &mut SheetRow) {
         let index = row.number - 1;
-        self.begun.retain(|_, (last, _)| u64::from(*last) >= index);
-        for (column, (_, held)) in &self.begun {
+        self.begun.retain(|_, (cells, _)| u64::from(cells.end.0) >= index);
+        for (column, (cells, held)) in &self.begun {
             if !row.cells.contains_key(column) {
                 row.cells.insert(*column, held.clone());
-                row.merged.push(*column);
+                row.merged.insert(*column, u64::from(cells.start.0) + 1);
             }
         }
         while let Some(cells) = self.below.pop_if(|cells| u64::from(cells.start.0) <= index) {
             let column = cells.start.1 as usize;
             let held = row.cells.get(&column).filter(|_| u64::from(cells.start.0) == index);
             let held = held.cloned();
-            self.begun.extend(held.map(|held| (column, (cells.end.0, held))));
+            self.begun.extend(held.map(|held| (column, (cells, held))));
         }
     }
 }

@@ -1,9 +1,9 @@
-//! Questions rows that are means of others.
+//! Questions rows that are means or medians of others.
 
 use std::ops::RangeInclusive;
 
 use super::rebounds::{chance_of_so_many, is_rounded, Rebound};
-use crate::distributions::chi_squared_tail;
+use crate::distributions::{chi_squared_tail, median};
 use crate::error::and_more;
 use crate::findings::remarks;
 use crate::remark::Remark;
@@ -25,13 +25,17 @@ const ROWS: [RangeInclusive<usize>; 2] = [2..=2, 3..=50];
 /// Rows of a group or block at all of its speeds that a mean may be of.
 const ROWS_OF_GROUP: [RangeInclusive<usize>; 1] = [3..=400];
 
-/// Which rows a mean may be of.
+/// Which rows a mean, or a median, may be of.
 #[derive(Clone, Copy, PartialEq)]
 enum MeanOf {
     /// those just above, down to the mean before
     Above,
     /// those just below
     Below,
+    /// those just above, as their median
+    MedianAbove,
+    /// those just below, as their median
+    MedianBelow,
     /// all others near its speed
     All,
     /// all others of its group, at whatever speed
@@ -45,7 +49,11 @@ enum MeanOf {
 impl MeanOf {
     /// Whether the rows are of one speed, about.
     fn is_of_one_speed(self) -> bool {
-        matches!(self, MeanOf::Above | MeanOf::Below | MeanOf::All)
+        !matches!(self, MeanOf::Group | MeanOf::Last | MeanOf::Block)
+    }
+
+    fn is_median(self) -> bool {
+        matches!(self, MeanOf::MedianAbove | MeanOf::MedianBelow)
     }
 }
 
@@ -55,7 +63,7 @@ pub(super) fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option
     const COARSE: f64 = 0.01;
     const NAMED: usize = 8;
     // to the digits of the runs, or to fewer
-    use MeanOf::{Above, All, Below, Block, Group, Last};
+    use MeanOf::{Above, All, Below, Block, Group, Last, MedianAbove, MedianBelow};
     let ways = [Above, Below, All, Group, Last, Block].into_iter();
     let ways: Vec<(MeanOf, f64)> = ways.flat_map(|of| [(of, 0.0), (of, COARSE)]).collect();
     // of each question: rows of one speed, and those of a group at all speeds
@@ -69,8 +77,12 @@ pub(super) fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option
             .iter()
             .map(|rows| Means::of_one_kind(rebounds, *of, rows, *step))
     });
+    // the median of two is their mean
+    let medians = [MedianAbove, MedianBelow]
+        .into_iter()
+        .flat_map(|of| [0.0, COARSE].map(|step| Means::of_one_kind(rebounds, of, &ROWS[1], step)));
     let at_ends = [Above, Below].into_iter().map(|of| Means::at_one_end(rebounds, of));
-    let Means { of, rows, expected, p } = found.chain(at_ends).min_by(|a, b| a.p.total_cmp(&b.p))?;
+    let Means { of, rows, expected, p } = found.chain(medians).chain(at_ends).min_by(|a, b| a.p.total_cmp(&b.p))?;
     let p = (tried * p).min(1.0);
     if rows.is_empty() || p >= remarks::BEYOND_CHANCE {
         return None;
@@ -80,8 +92,9 @@ pub(super) fn question_means(rebounds: &[Rebound], places: &RowPlaces) -> Option
         true => "other rows near that speed",
         false => "the other rows of a group or block",
     };
+    let centre = if of.is_median() { "median" } else { "mean" };
     let text = format!(
-        "{} {} the mean of {others}, in speed and restitution, where chance would make it {}: {}",
+        "{} {} the {centre} of {others}, in speed and restitution, where chance would make it {}: {}",
         rows.len(),
         by_number(rows.len(), "row is", "rows are"),
         significant(expected, 1),
@@ -115,12 +128,17 @@ impl Means {
             let (above, below) = (rebounds[begin..place].iter().rev(), rebounds[place + 1..].iter());
             let others = rebounds.iter().filter(|other| other.row != one.row);
             let block: Vec<&Rebound> = match of {
-                MeanOf::Above | MeanOf::Block => above.take_while(belongs).take(most).collect(),
-                MeanOf::Below => below.take_while(belongs).take(most).collect(),
+                MeanOf::Above | MeanOf::MedianAbove | MeanOf::Block => above.take_while(belongs).take(most).collect(),
+                MeanOf::Below | MeanOf::MedianBelow => below.take_while(belongs).take(most).collect(),
                 MeanOf::All | MeanOf::Group | MeanOf::Last => others.filter(belongs).take(most).collect(),
             };
-            let speeds = Spread::of(block.iter().map(|other| other.speed));
-            let restitutions = Spread::of(block.iter().map(|other| other.restitution));
+            let mut speeds = Spread::of(block.iter().map(|other| other.speed));
+            let mut restitutions = Spread::of(block.iter().map(|other| other.restitution));
+            if of.is_median() {
+                let middle = |of: fn(&Rebound) -> f64| median(&mut block.iter().map(|one| of(one)).collect::<Vec<_>>());
+                speeds.mean = middle(|one| one.speed).unwrap_or(speeds.mean);
+                restitutions.mean = middle(|one| one.restitution).unwrap_or(restitutions.mean);
+            }
             // equal rows are repeats
             if !length.contains(&block.len()) || restitutions.sd == 0.0 {
                 continue;

@@ -228,6 +228,28 @@ fn pasted_blocks_and_means_are_found() {
     }
 }
 
+/// The median of an odd number of runs is one of them, as a repeat is that chance may make.
+#[test]
+fn medians_without_a_name_are_found() {
+    for (place, step) in [0.001, 1e-4].into_iter().enumerate() {
+        let rows = table(kind([step, 0.012], 5, 0.01), 60_000 + place as u64);
+        let middle = |block: &[Run], of: fn(&Run) -> f64| {
+            let mut values: Vec<f64> = block.iter().map(of).collect();
+            crate::distributions::median(&mut values).expect("some runs")
+        };
+        let with_median = |block: &[Run]| {
+            let median = NewRun {
+                impact_speed: middle(block, |run| run.impact_speed),
+                restitution: middle(block, |run| run.restitution),
+                ..block[0]
+            };
+            [block, &[median]].concat()
+        };
+        let below: Vec<Run> = rows.chunks(5).flat_map(with_median).collect();
+        assert!(tells(&below, "mean_rows") && !tells(&rows, "mean_rows"), "{step}");
+    }
+}
+
 /// With two digits in both, so that chance makes every sixth run the mean of the others.
 #[test]
 fn means_of_two_digits_stand_at_the_end_of_their_setting() {

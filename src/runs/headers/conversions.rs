@@ -14,7 +14,8 @@ const RADII: &str = "radius radii halbmesser rayon raggio radio straal raio ра
 const DIAMETERS: &str = "d dia diam diameter diameters durchmesser diamètre diametre diametro diámetro ∅";
 
 /// Words that say that a quantity is squared.
-const SQUARES: &str = "squared square sq quadrat quadriert quadratisch carré carre quadrato cuadrado e2 en2 cor2";
+const SQUARES: &str =
+    "kin ekin squared square sq quadrat quadriert quadratisch carré carre quadrato cuadrado e2 en2 cor2";
 
 /// What beginnings of words say that a column is of energies.
 const ENERGIES: &str = "energ énerg kinetic kinetisch";
@@ -28,6 +29,11 @@ pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<Str
         RunColumn::Diameter if is_radius(header) => {
             ["it is a radius", "the diameter", "with twice its numbers to the table"]
         }
+        RunColumn::Stokes if names_radius(header) && !is_doubled(header) || header.has("9") => [
+            "it is a Stokes number with the radius or without its 9",
+            "ρ D v / (9 η)",
+            "of that to the table",
+        ],
         RunColumn::FilmRatio if is_over_radius(header) => [
             "it is the film over the radius",
             "δ/D, the film over the diameter",
@@ -48,8 +54,13 @@ pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<Str
             "the speed",
             "of it to the table",
         ],
+        RunColumn::Diameter | RunColumn::Film | RunColumn::DropHeight | RunColumn::ReboundHeight
+            if is_symbol_squared(header) =>
+        {
+            ["it is a square", "the length itself", "of its root to the table"]
+        }
         // of a share in per cent the factor is the unit
-        _ if column.is_number() && column.dimension() != Dimension::Share && has_factor(&header.lower) => [
+        _ if column.is_number() && column.dimension() != Dimension::Share && is_multiplied(header) => [
             "its numbers are multiplied by a power of ten",
             "the quantity itself",
             "of it to the table",
@@ -59,6 +70,12 @@ pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<Str
     Some(format!(
         "by its name {found}; expected {expected}: add a column {added}, and name that one"
     ))
+}
+
+/// Whether its numbers are multiplied, or divided as in `h/10`, by a power of ten.
+fn is_multiplied(header: &Header) -> bool {
+    let divisor = header.divisor().and_then(|after| after.split_whitespace().next());
+    has_factor(&header.lower) || divisor.is_some_and(|number| ["10", "100", "1000"].contains(&number))
 }
 
 fn is_radius(header: &Header) -> bool {
@@ -118,13 +135,20 @@ fn is_square(header: &Header) -> bool {
     is_squared && !header.contains(ROOTS)
 }
 
+/// Whether it begins with a square, as `D^2` does; the `g/m²` of another is its unit.
+fn is_symbol_squared(header: &Header) -> bool {
+    let symbol = header.outside.split([' ', '/', ',']).next().unwrap_or_default();
+    ["²", "^2", "**2"].iter().any(|square| symbol.ends_with(square))
+}
+
 /// Whether a name says that one height or energy is divided by another, which gives the square of a restitution.
 fn is_ratio_of_squares(header: &Header) -> bool {
     let has_root = header.contains(ROOTS);
     let is_told = header.has_end(SOURCES) || header.names(RunColumn::Restitution) || has_root;
     let is_first = |first: &String| columns_called(first).contains(&RunColumn::Restitution);
     let of_restitution = header.words.first().is_some_and(is_first);
-    let of_heights = header.is_quotient() && header.names(RunColumn::ReboundHeight) && !of_restitution;
+    let is_of_height = header.is_called_ratio() && is_among("h H", header.symbol);
+    let of_heights = is_of_height || header.is_quotient() && header.names(RunColumn::ReboundHeight) && !of_restitution;
     let of_energies = is_quotient_of(header.name, 'E') && !has_root;
     of_energies || (is_quotient_of(&header.lower, 'h') || of_heights) && !is_told
 }

@@ -54,6 +54,13 @@ pub(super) fn other_quantity(name: &str, column: RunColumn, key: &str) -> Option
              and name that one"
         ));
     }
+    let is_number = |word: &String| is_among("number nr no nummer index id", word);
+    let counts_no_runs = header.words.last().is_some_and(is_number) || header.has("stuck failed dof");
+    if column == RunColumn::Runs && counts_no_runs {
+        return Some(format!(
+            "by its name it does not count the runs of a row, as `{key}` does: name the right column"
+        ));
+    }
     let measured = || named_quantity(&header, column).filter(|_| MEASURED.contains(&column));
     let (found, right) = other_spread(&header, column).or_else(measured)?;
     let step = match right {

@@ -8,10 +8,14 @@ use crate::scene::RunColumn;
 use crate::units::Dimension;
 
 /// Symbols of dimensionless numbers, which begin a name.
-const NUMBERS: &str = "We Re Fr Bo Oh St";
+const NUMBERS: &str = "We Re Fr Bo Oh Ca St";
 
 /// What a length or speed is divided by in a name: no unit is written so.
 const DIVISORS: &str = "d r 2r dp d_p rp r_p ds d_s h0 h_0 v0 v_0 vi v_i diameter durchmesser radius";
+
+/// Words for what has no unit, and for what was divided by another of its kind.
+const PLAIN_NUMBERS: &str = "dimensionless dimensionslos scaled rescaled skaliert";
+const NORMALISED: &str = "normalised normalized normiert";
 
 /// Words for the direction along the plate.
 const ALONG: &str = "tangential tangentiell tangentielle horizontal transverse";
@@ -115,7 +119,8 @@ fn takes_ratios(column: RunColumn) -> bool {
 fn other_function(header: &Header, column: RunColumn) -> Option<&'static str> {
     let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
     let outside: Vec<&str> = words_of(&header.outside).collect();
-    if words.first().is_some_and(|word| is_among("ln log lg log10", word)) {
+    let ends = [words.first(), words.last()];
+    if ends.into_iter().flatten().any(|word| is_among("ln log lg log10", word)) {
         return Some("a logarithm");
     }
     let is_normal = matches!(
@@ -141,11 +146,21 @@ fn other_function(header: &Header, column: RunColumn) -> Option<&'static str> {
     if is_inverse(&header.lower, column) {
         return Some("the inverse of what is expected");
     }
+    // over that of dry runs, or over the threshold
+    let is_over = |start: &str| header.divisor().is_some_and(|after| after.starts_with(start));
+    let is_relative = match column {
+        RunColumn::Restitution => header.has(NORMALISED) || !header.contains(ROOTS) && (is_over("e_") || is_over("e0")),
+        RunColumn::Stokes => is_over("st") || header.has("critical crit kritisch kritische"),
+        _ => false,
+    };
+    if is_relative {
+        return Some("a ratio to another of its kind, or that other");
+    }
     let is_power = ["^1/", "^(1/", "^0."].iter().any(|power| header.lower.contains(power));
     if is_power && !header.contains(ROOTS) {
         return Some("a power of what is expected");
     }
-    let is_plain = header.contains("/√ /sqrt") || header.has("dimensionless dimensionslos");
+    let is_plain = header.contains("/√ /sqrt") || header.has(PLAIN_NUMBERS) || header.has(NORMALISED);
     let is_divided = header.divisor().is_some_and(|after| is_among(DIVISORS, after));
     let is_ratio = header.is_called_ratio() || is_plain || is_divided;
     (is_ratio && !takes_ratios(column) && !header.has(SOURCES)).then_some("a ratio")
@@ -194,7 +209,8 @@ fn column_elsewhere(header: &Header, column: RunColumn, is_own_symbol: bool) -> 
 
 /// Whether a quotient stands upside down, as `v_i/v_r` does of a restitution.
 fn is_inverse(lower: &str, column: RunColumn) -> bool {
-    if lower.starts_with("1/") {
+    let has_power = ["^-1", "⁻¹", "inverse"].iter().any(|power| lower.contains(power));
+    if lower.starts_with("1/") || takes_ratios(column) && has_power {
         return true;
     }
     let below = match column {

@@ -1,19 +1,23 @@
 //! Asks about a word in the place of a unit that is neither a unit nor a remark that is known.
 
-use super::super::words::{ends_like, without_brackets, words_of};
+use super::super::words::{ends_like, is_among, without_brackets, words_of};
 use super::called::columns_called;
 use super::heights::OF_HEIGHTS;
 use super::named::{MOMENTS, ROLES};
-use super::quantities::{quantities_in, quantities_of_symbol};
-use super::units::{in_brackets, unit_of};
+use super::quantities::{quantities_in, quantities_of_symbol, Quantity, QUANTITIES};
+use super::units::{in_brackets, unit_of, unit_of_kind, StatedUnit, MARKS};
+use crate::error::quoted;
+use crate::scene::RunColumn;
 use crate::units::Dimension;
 
 /// Words before a unit.
 const BEFORE_UNITS: [&str; 3] = ["in ", "en ", "em "];
 
 /// The first word in the place of a unit in the name of a length or a speed that is neither one nor a remark that is known, as
-/// in `h (cubits)`, `h, cubits`, `h / cubits` or `h en cubits`.
+/// in `h (cubits)`, `h, cubits`, `h / cubits`, `h en cubits` or, if it alone stands behind the quantity, `h cubits`.
 pub(in crate::runs) fn unknown_word(name: &str, dimension: Dimension) -> Option<String> {
+    /// letters of a word behind a quantity: fewer may be an index
+    const FEWEST: usize = 4;
     if !matches!(dimension, Dimension::Length | Dimension::Thickness | Dimension::Speed) {
         return None;
     }
@@ -23,12 +27,51 @@ pub(in crate::runs) fn unknown_word(name: &str, dimension: Dimension) -> Option<
     let behind_word = BEFORE_UNITS
         .iter()
         .filter_map(|word| Some(outside.rsplit_once(&format!(" {word}"))?.1));
+    // the last word, or the last quotient
+    let ends = [
+        outside.trim_end().rsplit_once(MARKS),
+        outside.trim_end().rsplit_once(' '),
+    ];
+    let is_alone =
+        |(before, after): &(&str, &str)| is_quantity(before.trim_end_matches(MARKS)) && after.chars().count() >= FEWEST;
+    let behind_name = ends.into_iter().flatten().filter(is_alone);
     let places = inside
         .chain(outside.split([',', ';']).skip(1))
         .chain(behind_slash)
-        .chain(behind_word);
+        .chain(behind_word)
+        .chain(behind_name.map(|(_, after)| after));
     let mut texts = places.flat_map(|place| place.split([',', ';']).map(str::trim));
     texts.find(|text| is_unknown(text)).map(str::to_owned)
+}
+
+/// The unit that a line about a table states for a column, as `Drop heights in inches` or `all lengths in cm`.
+pub(in crate::runs) fn unit_in_line(line: &str, column: RunColumn) -> Option<StatedUnit> {
+    const LENGTHS: &str = "lengths längen longueurs dimensions maße";
+    let is_length = matches!(column.dimension(), Dimension::Length | Dimension::Thickness);
+    let is_own = |of: RunColumn| of == column || Some(of) == column.other_side();
+    let is_of_column = |quantity: &&Quantity| quantity.columns().next().is_some_and(is_own);
+    let is_meant = |word: &str| {
+        let is_named = quantities_in(word).iter().any(is_of_column) || columns_called(word).contains(&column);
+        is_named || is_length && is_among(LENGTHS, word)
+    };
+    line.to_lowercase().split([',', ';', '.']).find_map(|part| {
+        let (what, unit) = BEFORE_UNITS
+            .iter()
+            .find_map(|word| part.rsplit_once(&format!(" {word}")))?;
+        unit_of_kind(unit, column.dimension()).filter(|_| words_of(what).any(is_meant))
+    })
+}
+
+/// What is said of such a word.
+pub(in crate::runs) fn in_no_unit(word: &str) -> String {
+    format!("may be in {}, which is no unit that is known", quoted(word))
+}
+
+/// Whether a text is the name of a quantity and nothing else.
+fn is_quantity(text: &str) -> bool {
+    let is_word = |quantity: &Quantity| is_among(quantity.words, &text.to_lowercase());
+    let is_symbol = !quantities_of_symbol(text).is_empty();
+    is_symbol || !columns_called(text).is_empty() || QUANTITIES.iter().any(is_word)
 }
 
 /// Whether a text is one word, or a quotient of words, and neither a unit nor a remark. What has numbers or several words is
@@ -85,5 +128,40 @@ mod tests {
             }
         }
         assert_eq!(unknown_word("e (cubits)", Dimension::Share), None);
+    }
+
+    #[test]
+    fn a_line_about_a_table_states_units_of_what_it_names() {
+        let stated = |line: &str| {
+            let mut of = vec![];
+            for column in [
+                RunColumn::DropHeight,
+                RunColumn::Film,
+                RunColumn::ImpactSpeed,
+                RunColumn::Restitution,
+            ] {
+                of.extend(unit_in_line(line, column).map(|unit| (column.base(), unit)));
+            }
+            of
+        };
+        let other = |unit: &str| StatedUnit::Other(unit.to_owned());
+        let ours = StatedUnit::Ours;
+        for (line, expected) in [
+            ("# Drop heights in inches", vec![("drop_height", other("inches"))]),
+            (
+                "All lengths in ft.",
+                vec![("drop_height", other("ft")), ("film", other("ft"))],
+            ),
+            (
+                "film thickness in mm; speeds in cm/s",
+                vec![("film", ours("_mm")), ("impact_speed", ours("_cm_s"))],
+            ),
+            ("Restitution (COR) in %", vec![("restitution", ours("_percent"))]),
+            ("Speeds and heights in cm and mm", vec![]),
+            ("Impact speed of 4 mm spheres in air", vec![]),
+            ("Heights by ruler, in the new box", vec![]),
+        ] {
+            assert_eq!(stated(line), expected, "{line}");
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::words::{is_among, words_of};
 use super::header::{Header, Instead, MEASURED};
+use super::units::in_brackets;
 use crate::scene::RunColumn;
 
 /// Words for a standard deviation, and for a standard error.
@@ -11,7 +12,7 @@ const SPREADS: [&str; 2] = [
 ];
 
 /// Words for a spread that is neither.
-const OTHER_SPREADS: &str = "var variance varianz cv rsd ci ci95 confidence konfidenzintervall iqr range spannweite";
+const OTHER_SPREADS: &str = "var variance varianz cv rsd ci ci95 u95 confidence konfidenzintervall expanded erweiterte fwhm mad iqr range spannweite";
 
 /// A spread that a header names where its column takes another, or the quantity itself.
 pub(super) fn other_spread(header: &Header, column: RunColumn) -> Option<Instead> {
@@ -22,7 +23,10 @@ pub(super) fn other_spread(header: &Header, column: RunColumn) -> Option<Instead
     let is_deviation = has(SPREADS[0]) || has("standard") && has("deviation dev") || has("écart ecart") && has("type");
     let is_se = has(SPREADS[1]) || is_error || is_deviation && of_mean || header.lower.starts_with("s.e");
     let is_extent = has("min") && has("max") || has("half") && has("width");
-    let is_other = has(OTHER_SPREADS) || header.has_square_sign() || is_multiple(&header.lower) || is_extent;
+    let tight = header.lower.replace(' ', "");
+    let mut in_brackets = in_brackets(&header.lower).map(|own| own.inside);
+    let is_multiple = is_multiple(&header.lower) || in_brackets.any(is_multiple) || tight.contains("k=2");
+    let is_other = has(OTHER_SPREADS) || header.has_square_sign() || is_multiple || is_extent;
     let other = ("a spread that is neither sd nor standard error", None);
     match column {
         RestitutionSdOfRuns | RestitutionSe if is_other => Some(other),
@@ -46,7 +50,8 @@ pub(super) fn other_spread(header: &Header, column: RunColumn) -> Option<Instead
             // a film or sphere is measured by SEM, a microscope
             let may_be_se = !matches!(column, Film | Diameter);
             let is_end = |list: &str| ends.iter().any(|word| is_among(list, word));
-            let is_spread = is_error || is_end(SPREADS[0]) || may_be_se && is_end(SPREADS[1]) || is_end("error fehler");
+            let is_spread =
+                is_error || is_end(SPREADS[0]) || may_be_se && is_end(SPREADS[1]) || is_end("error err fehler");
             (is_spread && !has("mean avg average mittel mittelwert"))
                 .then_some(("the spread or error of a quantity", None))
         }

@@ -124,6 +124,12 @@ pub(in crate::runs) fn unit_of(text: &str) -> Option<StatedUnit> {
     ))
 }
 
+/// The same, if it is one of a dimension.
+pub(super) fn unit_of_kind(text: &str, dimension: Dimension) -> Option<StatedUnit> {
+    let is_of_it = measure(&text.to_lowercase()).is_some_and(|read| read.is_of(dimension));
+    unit_of(text).filter(|_| is_of_it)
+}
+
 /// Reads a product of units, in small letters: `ft/s`, `ft s-1`, `mm per second`, `10^-3 m`, `g cm⁻³`.
 fn measure(text: &str) -> Option<Measure> {
     const BETWEEN: [char; 6] = ['_', '·', '⋅', '*', '×', '.'];
@@ -474,7 +480,7 @@ struct Piece<'n> {
 }
 
 /// Between words.
-const MARKS: [char; 9] = [' ', '_', '/', ',', ';', ':', '.', '-', '|'];
+pub(super) const MARKS: [char; 9] = [' ', '_', '/', ',', ';', ':', '.', '-', '|'];
 
 /// Every part of a name between two places where words begin or end: at a mark, or at the capital of `DropHeight`; the longest
 /// first, as the `m/s` of `v_m/s` before its `s`.
