@@ -43,9 +43,6 @@ const FILM_ERROR: f64 = 0.03;
 /// Sd of the logarithm of the spread that these errors make: known within a factor of 2.7.
 const LN_SD: f64 = 0.5;
 
-/// Where the prior of that spread comes from.
-const SOURCE: &str = "errors of 1 % in speed and 3 % in film of the runs that barely rebound";
-
 /// Runs up to which the second posterior is sampled wherever it is asked for. Of more, which integrate each for longer, it is
 /// sampled where its mode lies further off than [`CLOSE`] of a ±; of more than the most not at all.
 const FEW_RUNS: usize = 600;
@@ -117,7 +114,6 @@ pub(super) fn fit_beside(
     let by_speeds = speeds_err(runs);
     let (mut wider_scene, mut wider_runs) = (scene.clone(), runs.clone());
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
-    let is_ours = !by_speeds && !scene.priors.iter().any(is_set);
     if by_speeds {
         for (run, error) in slow.iter().zip(&errors) {
             let slope = slope_mean_restitution(runs.restitution[*run].powi(2));
@@ -127,7 +123,7 @@ pub(super) fn fit_beside(
     } else {
         wider_scene.model.noise = NoiseOn::Both;
     }
-    if is_ours {
+    if !by_speeds && !scene.priors.iter().any(is_set) {
         let squares: f64 = errors.iter().map(|error| error * error).sum();
         let sigma = (squares / errors.len() as f64).sqrt();
         wider_scene.priors.push(PriorChoice {
@@ -180,25 +176,6 @@ pub(super) fn fit_beside(
          allow. With these allowed for, {how}, {symbol} is {after} in place of {before}: the numbers here allow for them"
     );
     let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
-    let mut ours = wider.findings.parameters.iter_mut();
-    let ours = ours.find(|own| is_ours && own.name == SIGMA_ENERGY.name);
-    if let Some(prior) = ours.and_then(|own| own.prior.as_mut()) {
-        prior.source = SOURCE;
-        // where energies scatter by less than was allowed for, the numbers are the more careful
-        let is_careful = prior.runs_alone.is_some_and(|alone| alone.from_prior < 0.0);
-        let symbol = format!("{}:", remarks::in_symbols(SIGMA_ENERGY.name));
-        let is_of_it = |check: &Remark| remarks::PRIOR_CONFLICT.is(check) && check.text.contains(&symbol);
-        let is_of_it_alone = |check: &Remark| is_of_it(check) && !check.text.contains("; ");
-        wider.checks.retain(|check| !(is_careful && is_of_it_alone(check)));
-        // no prior of the scene: what the user can write is the noise itself
-        let next =
-            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in \
-                    film make them";
-        if let Some(check) = wider.checks.iter_mut().find(|check| is_of_it(check)) {
-            check.next_step = next.to_owned();
-            check.text = check.text.replacen("its prior is", "such errors make it", 1);
-        }
-    }
     wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
     // a prior that the runs contradict at their word is no better for reading less from them
     if let Some(before) = own.prior_conflict().filter(|_| wider.prior_conflict().is_none()) {
