@@ -87,8 +87,8 @@ pub fn handoff(request: &HandoffArguments) -> Result<u8, Error> {
             law: &|v| curve.at(v),
             log_slope: curve.log_slope(request.speed),
             speeds: match wet {
-                Some(_) => range.map(|own| own.impact_speed),
-                None => law.dry_speeds,
+                Some(_) => range.map(|own| own.impact_speed_m_s),
+                None => law.particle.dry_speeds_m_s,
             },
             stokes: range.map(|own| own.covered.stokes),
             quotable: finished.failed.is_empty(),

@@ -199,14 +199,14 @@ fn beyond_the_runs(asked: &Asked, (wet, law): (Option<&Setting>, &ParticleLaw), 
                    }: Covered| {
         format!("Stokes numbers {least:.1} to {most:.1} and film ratios {thinnest:.3} to {thickest:.3}")
     };
-    let covered = match (wet, law.covered, law.dry_speeds) {
+    let covered = match (wet, law.particle.covered, law.particle.dry_speeds_m_s) {
         (Some(wet), Some(in_all), _) => match law.range_in(wet) {
             Some(own) => {
                 let liquid = asked.pair.liquid.name().unwrap_or("this liquid");
-                let (speeds, numbers) = (speeds(own.impact_speed), numbers(own.covered));
+                let (speeds, numbers) = (speeds(own.impact_speed_m_s), numbers(own.covered));
                 format!("runs of {particle} in {liquid} covered {speeds}, {numbers}")
             }
-            None if law.ranges.is_empty() => format!("runs of {particle} covered {}", numbers(in_all)),
+            None if law.particle.covered_in.is_empty() => format!("runs of {particle} covered {}", numbers(in_all)),
             None => format!(
                 "no run of {particle} was made in this liquid; in others they covered {}",
                 numbers(in_all)
