@@ -244,7 +244,7 @@ mod tests {
                     ..quoting.without_se(Some(value), "")
                 };
                 let place = EstimatePlace::default();
-                EstimateRow::new(Quantity::Shared(of), place, number, Source::Posterior)
+                EstimateRow::new(Quantity::Shared(of), place, None, number, Source::Posterior)
             };
             let mut all = [
                 (Coefficient::LubricationLog, [1.85, 0.1]),

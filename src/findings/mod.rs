@@ -631,8 +631,8 @@ mod tests {
         let mut scaling = fit_plain(vec![]).scaling;
         scaling.retain(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some());
         for row in &mut scaling {
-            row.verdict = Verdict::passed("");
-            row.speed_error_of_a_tenth_se = Some(0.001);
+            row.fitted.verdict = Verdict::passed("");
+            row.fitted.speed_error_of_a_tenth_se = Some(0.001);
         }
         let level = |is_main: bool| {
             let found = verdicts::measurement_error_notices(&runs, &scaling, |_| is_main);

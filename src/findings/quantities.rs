@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use super::estimate::{Estimate, Quoting};
+use super::fit_verdict::{ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE, NO_FALL};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law_squares::{self, Held};
@@ -12,6 +13,7 @@ use crate::inference::regression::Regression;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::Coefficient;
+use crate::runs::Runs;
 use crate::scene::WetLaw;
 
 /// Most parameters a quantity of a law depends on: the law's two, and k.
@@ -45,6 +47,40 @@ impl LawOver {
         match self {
             LawOver::Speed => WetLaw::Sqrt,
             LawOver::Stokes(law) => law,
+        }
+    }
+
+    /// The abscissa of a run.
+    pub fn abscissa(self, runs: &Runs, run: usize) -> f64 {
+        match self {
+            LawOver::Speed => 1.0 / runs.impact_speed[run],
+            LawOver::Stokes(_) => runs.inverse_stokes(run),
+        }
+    }
+
+    /// What its fit estimates by itself.
+    pub fn estimated(self) -> &'static [Quantity] {
+        use Quantity::{Alpha, Beta, EInf, StC, StNoRebound, ThresholdSpeed};
+        match self {
+            LawOver::Speed => &[Alpha, Beta, EInf, ThresholdSpeed],
+            LawOver::Stokes(WetLaw::Sqrt) => &[EInf, StC, StNoRebound],
+            LawOver::Stokes(WetLaw::Linear) => &[EInf, StC],
+        }
+    }
+
+    /// The quantities whose numbers are profiled.
+    pub fn profiled(self) -> &'static [Quantity] {
+        match self {
+            LawOver::Speed => self.estimated(),
+            LawOver::Stokes(_) => &[Quantity::EInf, Quantity::StC, Quantity::StCEInf2],
+        }
+    }
+
+    /// Why there is none of a quantity that is not defined: without e_inf, and with it.
+    pub fn undefined(self) -> [&'static str; 2] {
+        match self {
+            LawOver::Speed => [ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE],
+            LawOver::Stokes(_) => [NO_FALL; 2],
         }
     }
 
@@ -87,13 +123,12 @@ pub(super) struct LawLimits {
 }
 
 impl LawLimits {
-    /// Those of the numbers that these quantities are functions of; `None` where a fit has no covariance or is curved in
-    /// none.
+    /// Those of the numbers that the profiled quantities are functions of; `None` where a fit has no covariance or is curved
+    /// in none.
     pub fn find(
         law: LawOver,
         regression: &Regression,
         (fit, errors): (&Fit, Option<&ErrorWeights>),
-        quantities: &[Quantity],
         quoting: Quoting,
     ) -> Option<LawLimits> {
         let region = Region::of(fit, errors, quoting.level)?;
@@ -101,7 +136,7 @@ impl LawLimits {
         let has_straight = |quantity: &Quantity| *quantity != Quantity::EInf || has_straight_root(&region);
         let limits = Held::ALL.map(|held| {
             let is_of_held = |quantity: &&Quantity| law.held(**quantity) == held;
-            let mut of_held = quantities.iter().filter(is_of_held).peekable();
+            let mut of_held = law.profiled().iter().filter(is_of_held).peekable();
             of_held.peek()?;
             let profile = law_squares::profile(regression, errors, &region, held)?;
             if profile.is_straight(first_parameter) && of_held.all(has_straight) {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::estimate::{Estimate, Quoting};
 use super::estimates::EstimateRow;
-use super::fit_verdict::{uncertain, why_stopped};
+use super::fit_verdict::{uncertain, why_stopped, NO_FALL};
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
 use super::moved::{Moved, Told};
@@ -20,7 +20,7 @@ use super::posterior::{derived, Posterior};
 use super::quantities::{variables, wetted_of, FittedLaw};
 use super::range::range;
 use super::remarks::{self, shortened};
-use super::scaling::{Scaling, NO_FALL};
+use super::scaling::Scaling;
 use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
