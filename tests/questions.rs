@@ -158,7 +158,7 @@ impl Fitted {
             form: least_squares.form,
             method: MethodChoice::Sampler,
         };
-        let found = least_squares.least_squares();
+        let found = &least_squares.fits;
         let own = posterior::fit_posterior(&place.scene, &table.runs, found, asked, &|_, _| ());
         let own = own.unwrap_or_else(|error| panic!("{error}"));
         Fitted {
@@ -174,7 +174,7 @@ impl Fitted {
             comparison: ComparisonContext {
                 scene: &self.place.scene,
                 runs: &self.table.runs,
-                least_squares: self.least_squares.least_squares(),
+                least_squares: &self.least_squares.fits,
                 watcher: &|_, _| (),
             },
             own: &self.own,

@@ -265,7 +265,7 @@ pub(super) fn choose_inertia(
         ..default
     };
     if why_none_beside(scene, runs, effort(scene).chains * effort(scene).draws).is_some() {
-        let balance = context.least_squares.energy_balance;
+        let balance = context.least_squares.energy_balance.as_ref();
         let setup = balance.map_or(default, |balance| of(balance.form().inertia));
         return Ok((setup, balance.and_then(|balance| balance.choice.clone()), vec![]));
     };

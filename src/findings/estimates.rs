@@ -150,7 +150,7 @@ impl EstimateRow {
 pub(super) struct EstimateSources<'a> {
     pub scene: &'a Scene,
     pub runs: &'a Runs,
-    pub least_squares: LeastSquares<'a>,
+    pub least_squares: &'a LeastSquares,
     /// `None` if nothing was sampled
     pub posterior: Option<&'a Posterior>,
 }
@@ -161,9 +161,9 @@ impl EstimateSources<'_> {
         let fits = self.least_squares;
         let mut rows = self.posterior.map_or(vec![], |posterior| self.by_posterior(posterior));
         rows.extend(fits.dry.iter().flat_map(by_dry_law));
-        rows.extend(fits.energy_balance.into_iter().flat_map(|own| self.by_balance(own)));
+        rows.extend(fits.energy_balance.iter().flat_map(|own| self.by_balance(own)));
         rows.extend(fits.scaling.iter().flat_map(by_law));
-        for own in fits.series {
+        for own in &fits.series {
             let of = EstimatePlace {
                 liquid: Some(own.liquid.clone()),
                 ..EstimatePlace::of_particle(&own.particle, Some(own.diameter_m)).at(Some(own.film_ratio))

@@ -69,7 +69,7 @@ pub(super) enum Beside {
 pub(super) fn fit_beside(
     scene: &Scene,
     runs: &Runs,
-    least_squares: LeastSquares,
+    least_squares: &LeastSquares,
     own: &Posterior,
 ) -> Result<Beside, Error> {
     let model = &scene.model;
@@ -195,7 +195,7 @@ pub(super) fn fit_beside(
 fn without_slow(
     scene: &Scene,
     runs: &Runs,
-    least_squares: LeastSquares,
+    least_squares: &LeastSquares,
     own: &Posterior,
     (slow, rows): (&[usize], &str),
 ) -> Result<Beside, Error> {

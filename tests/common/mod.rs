@@ -156,7 +156,7 @@ fn prepared(scene: &Scene, table: &Table) -> (Findings, Option<PreparedPosterior
     let least_squares = findings::fit_least_squares(scene, table, 1, false);
     let form = scene.model.form();
     let rows = Likelihood::new(scene, &table.runs, form);
-    let begin = start(least_squares.least_squares());
+    let begin = start(&least_squares.fits);
     let parameters = ModelParameters::of(scene, &table.runs, form).ok();
     let prepared = parameters.and_then(|parameters| PreparedPosterior::new(parameters, &rows, &begin).ok());
     (least_squares, prepared)
