@@ -105,7 +105,6 @@ use main_numbers::MainNumbers;
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, SamplingSetup};
 use remarks::Kind;
 use scaling::Scaling;
-use slow_rebounds::Beside;
 use terms::SizedTerm;
 use which_law::LineAgainstRoot;
 
@@ -297,14 +296,7 @@ impl Findings {
                 return Ok(None);
             }
         };
-        let (posterior, told) = match slow_rebounds::fit_beside(scene, runs, &self.fits, &posterior)? {
-            Beside::Same => (posterior, None),
-            Beside::Stands(mut wider, notice) => {
-                wider.as_given = Some(Box::new(posterior));
-                (*wider, Some(notice))
-            }
-            Beside::Open(check) => (posterior, Some(check)),
-        };
+        let (posterior, told) = slow_rebounds::fit_beside(scene, runs, &self.fits, posterior)?;
         // what least squares made of barely rebounding runs no longer matters
         self.say_anew(&[remarks::SLOW_REBOUNDS], told);
         let scene = posterior.scene.as_deref().unwrap_or(scene);
@@ -501,7 +493,7 @@ impl Findings {
         compare::settle_dry_speed(&mut self.remarks, &found.models);
         self.compare = (!found.models.is_empty()).then(|| found.models.clone());
         let comparison = self.comparison_context(scene, runs, watcher);
-        let (questions, checks) = questions::answer_questions(questions::Context { comparison, own })?;
+        let (questions, checks) = questions::answer_questions(comparison, own)?;
         self.remarks.extend(checks);
         self.questions = Some(questions);
         self.pick_main_numbers(posterior.scene.as_deref().unwrap_or(scene), runs, Some(posterior));
