@@ -8,7 +8,7 @@ use wetcor::error::{named, Error};
 use wetcor::findings::predict::{Covered, ParticleLaw};
 use wetcor::physics::Setting;
 use wetcor::report::finished::Finished;
-use wetcor::report::prediction::{self, Origin, Prediction};
+use wetcor::report::prediction::{self, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
 
 use super::messages::{print_result, status, warn};
@@ -162,14 +162,7 @@ pub fn predict(request: &Predict) -> Result<u8, Error> {
     let one = request.settings.is_none();
     let text = match request.format {
         Format::Csv => prediction::csv(&predictions, !one)?,
-        Format::Json => {
-            let origin = Origin {
-                title: &finished.title,
-                quotable: finished.failed.is_empty(),
-                draws: finished.basis.draws_kept(),
-            };
-            prediction::json(origin, &predictions, one)?
-        }
+        Format::Json => prediction::json(&finished, &predictions, one)?,
     };
     warn_of(&finished);
     if let Some(grows) = &finished.noise_grows {

@@ -19,14 +19,6 @@ use crate::scene::WetLaw;
 /// Most parameters a quantity of a law depends on: the law's two, and k.
 pub(super) const PARAMETERS: usize = 3;
 
-/// What a law over 1/St with these parameters says, in whatever they are: numbers, or numbers with slopes.
-pub(super) fn wetted_of<T: Number>(law: WetLaw, [a, b]: [T; 2]) -> Wetted<T> {
-    match law {
-        WetLaw::Sqrt => Wetted::of_square_root(a, b),
-        WetLaw::Linear => Wetted::of_line(a, b),
-    }
-}
-
 /// The parameters of a law, each with its slope in itself.
 pub(super) fn variables([a, b]: [f64; 2]) -> [Jet<PARAMETERS>; 2] {
     [Jet::variable(a, 0), Jet::variable(b, 1)]
@@ -88,7 +80,8 @@ impl LawOver {
     pub fn wetted<T: Number>(self, [a, b]: [T; 2]) -> Wetted<T> {
         match self {
             LawOver::Speed => Wetted::of_speed(a, b),
-            LawOver::Stokes(law) => wetted_of(law, [a, b]),
+            LawOver::Stokes(WetLaw::Sqrt) => Wetted::of_square_root(a, b),
+            LawOver::Stokes(WetLaw::Linear) => Wetted::of_line(a, b),
         }
     }
 

@@ -13,7 +13,7 @@ use super::estimate::{Estimate, Quoting, FEWEST_DEGREES};
 use super::film_groups::why_no_laws;
 use super::fit_verdict::{f_words, one_against, OwnLaw, Verdict};
 use super::places::WetPlace;
-use super::quantities::{variables, wetted_of, FittedLaw, LawOver, PARAMETERS};
+use super::quantities::{variables, FittedLaw, LawOver, PARAMETERS};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
 use crate::inference::least_squares::Fit;
@@ -254,7 +254,7 @@ pub(super) fn square_root_of(setup: FitSetup, series: &[Series]) -> Option<[f64;
 
 /// e_inf and St_c of a law with these parameters; `None` where they give none.
 pub(super) fn e_inf_and_st_c(law: WetLaw, parameters: [f64; 2]) -> Option<[f64; 2]> {
-    let wetted = wetted_of(law, parameters);
+    let wetted = LawOver::Stokes(law).wetted(parameters);
     let both = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted));
     both.iter().all(|x| x.is_finite()).then_some(both)
 }
@@ -328,7 +328,7 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
         })
     };
     let source = FittedLaw {
-        wetted: wetted_of(fitted.law, variables(parameters)).with_e_dry(e_dry),
+        wetted: fitted.over.wetted(variables(parameters)).with_e_dry(e_dry),
         uncertain: &Uncertain {
             covariance: own.covariance.as_ref().map(with_k).map_err(Clone::clone),
             degrees_of_freedom: own.degrees_of_freedom,
