@@ -136,7 +136,8 @@ impl Pair {
 
     /// The wetted plate; `None`: the dry one.
     pub fn setting(&self, scene: &Scene, runs: &Runs) -> Option<Setting> {
-        Some(runs.series[self.series?].setting(scene))
+        let own = &runs.series[self.series?];
+        Some(scene.setting(own.particle, own.liquid, own.diameter, own.film))
     }
 
     /// Its law by least squares; `None` without a usable one.
