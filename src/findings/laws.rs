@@ -15,8 +15,6 @@ use super::posterior::Posterior;
 use super::predict::{Curve, ParticleLaw};
 use super::quantities::{variables, PARAMETERS};
 use super::range::range;
-use super::series::SeriesFit;
-use super::verdicts::quotable;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::{DrySpeed, LawNumbers, Plateau, Restitution, Setting};
@@ -169,7 +167,7 @@ pub fn list_laws(scene: &Scene, runs: &Runs, findings: &Findings, posterior: Opt
         runs,
         findings,
         reference: scene.model.dry_speed.reference(),
-        quotable: quotable(&findings.remarks),
+        quotable: findings.main.verdict.passed,
     };
     let of_sphere = |sphere: usize| {
         let law = posterior.map(|posterior| posterior.law(scene, runs, sphere, DRAWS));
@@ -207,9 +205,20 @@ impl Listing<'_> {
         let (sphere, setting) = (runs.spheres[pair.sphere], pair.setting(scene, runs));
         let per_speed = setting.map(|setting| setting.stokes(1.0));
         let curve = law.map(|law| law.curve(setting.as_ref()));
-        let (found, source, stands) = match &curve {
-            Some(curve) => (Some(self.of_draws(curve, per_speed)), Source::Posterior, true),
-            None => self.of_fits(pair, fit, per_speed)?,
+        let (found, source, stands) = match (&curve, fit) {
+            (Some(curve), _) => (Some(self.of_draws(curve, per_speed)), Source::Posterior, true),
+            (None, Some(fit)) => {
+                let found = self.of_fits(pair, fit.covariance(), per_speed);
+                (found, Source::SquareRootLaw, fit.verdict.passed)
+            }
+            (None, None) => {
+                let dry = fit_of_sphere(&self.findings.dry, pair.sphere)?;
+                (
+                    Some(self.of_fits(pair, None, per_speed)?),
+                    Source::DryLaw,
+                    dry.verdict.passed,
+                )
+            }
         };
         let numbers = found.as_ref().map(|found| found.numbers);
         let wet = numbers.filter(|_| own.is_some());
@@ -265,24 +274,15 @@ impl Listing<'_> {
         })
     }
 
-    /// What least squares found, where that comes from, and whether it is usable; `None` of a sphere without a k.
-    fn of_fits(
-        &self,
-        pair: Pair,
-        fit: Option<&SeriesFit>,
-        per_speed: Option<f64>,
-    ) -> Option<(Option<Found>, Source, bool)> {
+    /// What least squares found, with the covariance of α and β of a series; `None` without a usable law.
+    fn of_fits(&self, pair: Pair, covariance: Option<[[f64; 2]; 2]>, per_speed: Option<f64>) -> Option<Found> {
         let dry = fit_of_sphere(&self.findings.dry, pair.sphere);
-        let covariance = fit.and_then(|fit| fit.covariance());
-        let found = pair.fitted(self.scene, self.findings).map(|numbers| Found {
+        let numbers = pair.fitted(self.scene, self.findings)?;
+        Some(Found {
             numbers,
             covariance: covariance.map(|own| self.carried(numbers, own, per_speed)),
             dry_k_se: dry.and_then(|dry| dry.dry_k.se),
-        });
-        match fit {
-            Some(fit) => Some((found, Source::SquareRootLaw, fit.verdict.passed)),
-            None => Some((Some(found?), Source::DryLaw, dry?.verdict.passed)),
-        }
+        })
     }
 
     /// e_inf and St_c that follow from α and β.

@@ -96,7 +96,6 @@ use crate::physics::inertia::{Inertia, PREFACTOR};
 use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking};
-use compare::Comparison;
 use estimates::EstimateSources;
 use form_choice::OtherForm;
 use least_squares::LeastSquares;
@@ -485,19 +484,20 @@ impl Findings {
         runs: &Runs,
         posterior: &Posterior,
         watcher: Watcher,
-    ) -> Result<Comparison, Error> {
+    ) -> Result<(), Error> {
         // forms are compared under the noise that was given: under one on the energy, too, each run is an integral
         let own = posterior.as_given.as_deref().unwrap_or(posterior);
-        let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), own, &self.sampled_forms);
-        self.remarks.extend(found.remarks.iter().cloned());
-        compare::settle_dry_speed(&mut self.remarks, &found.models);
-        self.compare = (!found.models.is_empty()).then(|| found.models.clone());
+        let context = self.comparison_context(scene, runs, watcher);
+        let (models, found) = compare::compare_forms(context, own, &self.sampled_forms);
+        self.remarks.extend(found);
+        compare::settle_dry_speed(&mut self.remarks, &models);
+        self.compare = (!models.is_empty()).then_some(models);
         let comparison = self.comparison_context(scene, runs, watcher);
         let (questions, checks) = questions::answer_questions(comparison, own)?;
         self.remarks.extend(checks);
         self.questions = Some(questions);
         self.pick_main_numbers(posterior.scene.as_deref().unwrap_or(scene), runs, Some(posterior));
-        Ok(found)
+        Ok(())
     }
 
     fn comparison_context<'a>(
