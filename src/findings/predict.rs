@@ -304,17 +304,18 @@ impl ParticleLaw {
 
     /// What the runs in the liquid of a setting covered; `None` where none was made in it.
     pub fn range_in(&self, setting: &Setting) -> Option<&CoveredIn> {
-        let is_same = |own: &&LiquidBasis| {
-            is_within([own.density_kg_m3; 2], setting.liquid_density)
-                && is_within([own.viscosity_pa_s; 2], setting.viscosity)
+        let is_same = |own: &LiquidBasis| {
+            let both = [
+                (own.density_kg_m3, setting.liquid_density),
+                (own.viscosity_pa_s, setting.viscosity),
+            ];
+            both.into_iter().all(|(own, given)| is_within([own; 2], given))
         };
-        let is_of = |own: &CoveredIn| {
-            self.liquids
-                .iter()
-                .filter(is_same)
-                .any(|liquid| liquid.name == own.liquid)
+        let is_of = |own: &&CoveredIn| {
+            let named = self.liquids.iter().find(|liquid| liquid.name == own.liquid);
+            named.is_some_and(is_same)
         };
-        self.particle.covered_in.iter().find(|own| is_of(own))
+        self.particle.covered_in.iter().find(is_of)
     }
 
     /// Whether runs of the particle, in the liquid of a setting, covered it at a speed; `None`: of dry impacts.
