@@ -77,7 +77,7 @@ fn one(index: u64, seed: u64) -> Option<Vec<Option<Answer>>> {
     let answer = |requested: &f64| {
         let method = MethodChoice::Accuracy(*requested);
         let setup = SamplingSetup { form, method };
-        let fitted = fit_posterior(&scene, &table.runs, found.least_squares(), setup, &|_, _| ());
+        let fitted = fit_posterior(&scene, &table.runs, &found.fits, setup, &|_, _| ());
         let fitted = fitted.unwrap_or_else(|error| panic!("{error}")).ok()?;
         let accuracy = fitted.sampled.accuracy.as_ref()?;
         let answer = || Answer {

@@ -5,7 +5,6 @@ use crate::common::scenes::{scene_of, AK10, HEADER, PE, PTFE};
 use crate::common::{self, Place, Says, Told};
 use wetcor::findings::estimate::{Estimate, QuantityEstimates};
 use wetcor::findings::posterior::Posterior;
-use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::Quantity::{Alpha, Beta, StC, ThresholdSpeed};
 
@@ -205,7 +204,7 @@ fn too_few_draws_fail_by_name() {
     };
     let findings = of("chains = 2\nwarmup = 20\ndraws = 5\n");
     assert!(findings.forbids("ess_bulk"), "{:?}", failed(&findings));
-    assert!(!quotable(&findings.remarks));
+    assert!(!findings.main.verdict.passed);
     let check = findings.check("ess_bulk");
     check.text.says("after 40 draws a chain in place of 5");
     check.next_step.says("raise draws and warmup in [sampler]");

@@ -26,7 +26,7 @@ fn fail(scene: &Scene, seed: u64) -> [bool; 2] {
         form: found.form,
         method: MethodChoice::Sampler,
     };
-    let fitted = fit_posterior(scene, &table.runs, found.least_squares(), setup, &|_, _| ())
+    let fitted = fit_posterior(scene, &table.runs, &found.fits, setup, &|_, _| ())
         .unwrap_or_else(|error| panic!("{error}"))
         .unwrap_or_else(|refused| panic!("{}", refused.text));
     let asked = fitted.findings.draws_asked.expect("no accuracy was asked for");

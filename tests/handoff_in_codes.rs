@@ -9,8 +9,8 @@ use std::io::Write;
 use std::process::Command;
 
 use wetcor::findings::predict::PredictedPoint;
-use wetcor::handoff::{files, Code, Handoff, HandoffFile, Wetting};
-use wetcor::physics::{DrySpeed, Form, Inertia, Restitution};
+use wetcor::handoff::{files, Code, Handoff, HandoffFile};
+use wetcor::physics::{DrySpeed, Form, Inertia, Restitution, Setting};
 
 /// How far a measured rebound may lie from the one asked for.
 const WITHIN: f64 = 1e-3;
@@ -27,12 +27,21 @@ const UTF_7: &str = "coding: utf-7 +AAo-open('owned', 'w')+AAo-#";
 /// A sphere, what wets its plate, and the speeds of its runs.
 struct Pair {
     sphere: Sphere,
-    wetting: Option<Wetting<'static>>,
+    wetting: Option<Wetting>,
     speeds: [f64; 2],
     reference: f64,
 }
 
-const fn wetting(liquid: &'static str, [density, viscosity, film]: [f64; 3]) -> Option<Wetting<'static>> {
+/// Name, density, viscosity and film of a liquid.
+#[derive(Clone, Copy)]
+struct Wetting {
+    liquid: &'static str,
+    density: f64,
+    viscosity: f64,
+    film: f64,
+}
+
+const fn wetting(liquid: &'static str, [density, viscosity, film]: [f64; 3]) -> Option<Wetting> {
     Some(Wetting {
         liquid,
         density,
@@ -48,7 +57,7 @@ struct Sphere(&'static str, f64, f64, f64);
 const PTFE: Sphere = Sphere("PTFE", 2150.0, 0.183, 4.762e-3);
 const PE: Sphere = Sphere("PE", 940.0, 0.123, 8e-3);
 
-const fn pair(sphere: Sphere, wetting: Option<Wetting<'static>>, speeds: [f64; 2], reference: f64) -> Pair {
+const fn pair(sphere: Sphere, wetting: Option<Wetting>, speeds: [f64; 2], reference: f64) -> Pair {
     Pair {
         sphere,
         wetting,
@@ -73,15 +82,19 @@ impl Pair {
         format!("{} {liquid} at {} m/s", self.sphere.0, self.reference)
     }
 
+    /// The wetted plate. No form reads the roughness here.
+    fn wet(&self) -> Option<Setting> {
+        let Sphere(_, density, _, diameter) = self.sphere;
+        let of = |own: Wetting| setting([density, diameter], [own.density, own.viscosity], own.film);
+        self.wetting.map(of)
+    }
+
     /// e of the law; the parameters are about those of the paper.
     fn law(&self, speed: f64) -> f64 {
-        let Sphere(_, density, dry_k, diameter) = self.sphere;
-        let Some(wetting) = self.wetting else {
+        let Sphere(_, _, dry_k, _) = self.sphere;
+        let Some(setting) = self.wet() else {
             return 1.0 - dry_k * speed.powf(0.2);
         };
-        // no form reads the roughness here
-        let liquid = [wetting.density, wetting.viscosity];
-        let setting = setting([density, diameter], liquid, wetting.film);
         let form = Form::new(Inertia::Saturating, DrySpeed::Reference(2.0));
         Restitution::new(&setting, form, &parameters_of([dry_k, 1.92, 0.41, 0.068])).at(speed)
     }
@@ -108,7 +121,8 @@ impl Pair {
             particle,
             density,
             diameter,
-            wetting: self.wetting,
+            liquid: self.wetting.map_or("dry", |wetting| wetting.liquid),
+            wet: self.wet(),
             reference_speed: self.reference,
             law: &law,
             log_slope,

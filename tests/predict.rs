@@ -5,7 +5,7 @@ use crate::common::{
 };
 use crate::laws;
 use rand::RngExt;
-use wetcor::findings::predict::{Covered, Draw, LiquidRange, ParticleLaw, Predicted};
+use wetcor::findings::predict::{Covered, CoveredIn, Draw, LiquidBasis, ParticleBasis, ParticleLaw, Predicted};
 use wetcor::model::likelihood::tails::Tails;
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::physics::{kept_energy, DrySpeed, Form, Inertia, Parameters, Setting};
@@ -38,9 +38,8 @@ fn law(test: &str) -> ParticleLaw {
     ParticleLaw {
         form: Form::new(Inertia::Saturating, DrySpeed::Impact),
         smallest_restitution: 0.05,
-        covered: None,
-        ranges: vec![],
-        dry_speeds: None,
+        particle: ParticleBasis::default(),
+        liquids: vec![],
         draws: draws.collect(),
     }
 }
@@ -161,11 +160,26 @@ fn the_curve_is_the_energy_balance_of_the_draws_and_its_bands_hold_their_shares(
     }
 }
 
-/// Speeds at which a law that covered this in all liquids, and these ranges in each, is extrapolated.
-fn extrapolated(covered: Covered, ranges: Vec<LiquidRange>, speeds: &[f64]) -> Vec<bool> {
+/// Speeds at which a law that covered this in all liquids, and these ranges in liquids of these viscosities, is extrapolated.
+fn extrapolated(covered: Covered, ranges: &[(f64, [f64; 2])], speeds: &[f64]) -> Vec<bool> {
+    let liquids = ranges.iter().map(|(viscosity, _)| LiquidBasis {
+        name: viscosity.to_string(),
+        density_kg_m3: SLOW.liquid_density,
+        viscosity_pa_s: *viscosity,
+        surface_tension_n_m: None,
+    });
+    let covered_in = ranges.iter().map(|(viscosity, speeds)| CoveredIn {
+        liquid: viscosity.to_string(),
+        impact_speed_m_s: *speeds,
+        covered,
+    });
     let law = ParticleLaw {
-        covered: Some(covered),
-        ranges,
+        particle: ParticleBasis {
+            covered: Some(covered),
+            covered_in: covered_in.collect(),
+            ..ParticleBasis::default()
+        },
+        liquids: liquids.collect(),
         ..law("what_the_runs_covered_is_not_extrapolated_and_its_ends_belong_to_it")
     };
     let rows = law.curve(Some(&SLOW)).predict(speeds);
@@ -179,24 +193,18 @@ fn what_was_covered_in_this_liquid_is_not_extrapolated_and_its_ends_belong_to_it
         stokes: speeds.map(|speed| SLOW.stokes(speed)),
         film_ratio,
     };
-    let in_all = |film_ratio| extrapolated(covered([1.0, 2.0], film_ratio), vec![], &[0.999, 1.0, 1.5, 2.0, 2.001]);
+    let in_all = |film_ratio| extrapolated(covered([1.0, 2.0], film_ratio), &[], &[0.999, 1.0, 1.5, 2.0, 2.001]);
     assert_eq!(in_all([0.03, 0.06]), [true, false, false, false, true]);
     assert_eq!(in_all([0.03, 0.059]), [true; 5]);
     assert_eq!(in_all([0.061, 0.08]), [true; 5]);
     let wide = covered([0.1, 50.0], [0.03, 0.06]);
-    let range = |viscosity: f64, impact_speed: [f64; 2]| LiquidRange {
-        density: SLOW.liquid_density,
-        viscosity,
-        impact_speed,
-        covered: wide,
-    };
-    let own = range(SLOW.viscosity, [1.0, 2.0]);
-    let thinner = range(0.1 * SLOW.viscosity, [0.5, 4.0]);
-    let of = |ranges| extrapolated(wide, ranges, &[0.5, 1.0, 2.0, 4.0]);
-    assert_eq!(of(vec![thinner, own]), [true, false, false, true]);
-    assert_eq!(of(vec![thinner]), [true; 4]);
+    let own = (SLOW.viscosity, [1.0, 2.0]);
+    let thinner = (0.1 * SLOW.viscosity, [0.5, 4.0]);
+    let of = |ranges: &[(f64, [f64; 2])]| extrapolated(wide, ranges, &[0.5, 1.0, 2.0, 4.0]);
+    assert_eq!(of(&[thinner, own]), [true, false, false, true]);
+    assert_eq!(of(&[thinner]), [true; 4]);
     // the planted fault: the range of the particle in all liquids
-    assert_eq!(of(vec![]), [false; 4]);
+    assert_eq!(of(&[]), [false; 4]);
 }
 
 /// What repeats of a run share.

@@ -8,7 +8,7 @@ use crate::common::{
 use rayon::prelude::*;
 use wetcor::findings::left_out::ComparisonContext;
 use wetcor::findings::posterior::{self, MethodChoice, Posterior, SamplingSetup};
-use wetcor::findings::questions::{self, is_lubrication_constant, is_prefactor_constant, Answer, Context, Question};
+use wetcor::findings::questions::{self, is_lubrication_constant, is_prefactor_constant, Answer, Question};
 use wetcor::findings::remarks::CLEAR_TREND;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::inertia::Inertia;
@@ -158,7 +158,7 @@ impl Fitted {
             form: least_squares.form,
             method: MethodChoice::Sampler,
         };
-        let found = least_squares.least_squares();
+        let found = &least_squares.fits;
         let own = posterior::fit_posterior(&place.scene, &table.runs, found, asked, &|_, _| ());
         let own = own.unwrap_or_else(|error| panic!("{error}"));
         Fitted {
@@ -169,15 +169,12 @@ impl Fitted {
         }
     }
 
-    fn context(&self) -> Context<'_> {
-        Context {
-            comparison: ComparisonContext {
-                scene: &self.place.scene,
-                runs: &self.table.runs,
-                least_squares: self.least_squares.least_squares(),
-                watcher: &|_, _| (),
-            },
-            own: &self.own,
+    fn context(&self) -> ComparisonContext<'_> {
+        ComparisonContext {
+            scene: &self.place.scene,
+            runs: &self.table.runs,
+            least_squares: &self.least_squares.fits,
+            watcher: &|_, _| (),
         }
     }
 
@@ -187,11 +184,11 @@ impl Fitted {
     }
 
     fn lubrication(&self, below: f64) -> Question {
-        is_lubrication_constant(self.context(), below).unwrap_or_else(|error| panic!("{error}"))
+        is_lubrication_constant(self.context(), &self.own, below).unwrap_or_else(|error| panic!("{error}"))
     }
 
     fn prefactor(&self) -> Question {
-        is_prefactor_constant(self.context()).unwrap_or_else(|error| panic!("{error}"))
+        is_prefactor_constant(self.context(), &self.own).unwrap_or_else(|error| panic!("{error}"))
     }
 }
 

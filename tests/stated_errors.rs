@@ -100,7 +100,7 @@ fn the_posterior_is_that_of_the_errors_alone() {
         let mut findings = findings::fit_least_squares(&place.scene, &table, 1, true);
         let posterior = sample_as_usual(&mut findings, &place.scene, &table.runs);
         let compared = compare(&mut findings, &place.scene, &table.runs, &posterior);
-        assert!(compared.models.iter().all(|model| model.elpd_loo.is_finite()));
+        assert!(compared.iter().all(|model| model.elpd_loo.is_finite()));
         let held = posterior.findings.left_out.iter();
         let held: Vec<_> = held.map(|held| (held.name.as_str(), held.value)).collect();
         assert_eq!(held, [("sigma_dry", Some(0.0)), ("sigma_wet", Some(0.0))]);

@@ -101,7 +101,7 @@ fn compared(place: &Place, seed: u64) -> Vec<ComparedModel> {
         .filter(|parameter| both.contains(&parameter.name.as_str()));
     // they are one constant: never sampled together
     assert_eq!(own.count(), 1, "{sampled:?}");
-    compare(&mut findings, &place.scene, &table.runs, &posterior).models
+    compare(&mut findings, &place.scene, &table.runs, &posterior)
 }
 
 /// Each form predicts its own runs better, whichever the scene asks for.

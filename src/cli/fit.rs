@@ -6,7 +6,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use wetcor::error::{named, Error};
 use wetcor::findings::posterior::{ExpectedSampling, MethodChoice, Posterior};
-use wetcor::findings::{self, verdicts, Findings};
+use wetcor::findings::{self, Findings};
 use wetcor::inference::accuracy::RANGE;
 use wetcor::model::parameters::ModelParameters;
 use wetcor::ranks::Ranks;
@@ -243,7 +243,7 @@ pub(super) fn fit(fit: &Fit, ranks: &Ranks) -> Result<u8, Error> {
     );
     print_after_writing(&report, &text)?;
     print_cautions(&findings, fit.verbose);
-    Ok(status(verdicts::quotable(&findings.remarks)))
+    Ok(status(findings.main.verdict.passed))
 }
 
 #[cfg(test)]

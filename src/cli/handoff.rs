@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::Args;
 use wetcor::error::{named, Error};
-use wetcor::handoff::{self, Code, Handoff, HandoffFile, Wetting};
+use wetcor::handoff::{self, Code, Handoff, HandoffFile};
 use wetcor::report::finished::Finished;
 use wetcor::staging::{self, OutputPlace, Staging};
 
@@ -68,12 +68,6 @@ pub fn handoff(request: &HandoffArguments) -> Result<u8, Error> {
         }
     );
     let range = wet.as_ref().and_then(|wet| law.range_in(wet));
-    let wetting = wet.map(|wet| Wetting {
-        liquid: asked.liquid.name().unwrap_or("a liquid that the scene has not"),
-        density: wet.liquid_density,
-        viscosity: wet.viscosity,
-        film: wet.film,
-    });
     let files = handoff::files(
         request.to,
         &Handoff {
@@ -82,13 +76,14 @@ pub fn handoff(request: &HandoffArguments) -> Result<u8, Error> {
             particle: &asked.particle,
             density: finished.particle(&asked.particle)?.density_kg_m3,
             diameter: asked.diameter,
-            wetting,
+            liquid: asked.liquid.name().unwrap_or("a liquid that the scene has not"),
+            wet,
             reference_speed: request.speed,
             law: &|v| curve.at(v),
             log_slope: curve.log_slope(request.speed),
             speeds: match wet {
-                Some(_) => range.map(|own| own.impact_speed),
-                None => law.dry_speeds,
+                Some(_) => range.map(|own| own.impact_speed_m_s),
+                None => law.particle.dry_speeds_m_s,
             },
             stokes: range.map(|own| own.covered.stokes),
             quotable: finished.failed.is_empty(),

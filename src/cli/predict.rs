@@ -8,7 +8,7 @@ use wetcor::error::{named, Error};
 use wetcor::findings::predict::{Covered, ParticleLaw};
 use wetcor::physics::Setting;
 use wetcor::report::finished::Finished;
-use wetcor::report::prediction::{self, Origin, Prediction};
+use wetcor::report::prediction::{self, Prediction};
 use wetcor::runs::{read_settings, AskedSetting};
 
 use super::messages::{print_result, status, warn};
@@ -162,14 +162,7 @@ pub fn predict(request: &Predict) -> Result<u8, Error> {
     let one = request.settings.is_none();
     let text = match request.format {
         Format::Csv => prediction::csv(&predictions, !one)?,
-        Format::Json => {
-            let origin = Origin {
-                title: &finished.title,
-                quotable: finished.failed.is_empty(),
-                draws: finished.basis.draws_kept(),
-            };
-            prediction::json(origin, &predictions, one)?
-        }
+        Format::Json => prediction::json(&finished, &predictions, one)?,
     };
     warn_of(&finished);
     if let Some(grows) = &finished.noise_grows {
@@ -199,14 +192,14 @@ fn beyond_the_runs(asked: &Asked, (wet, law): (Option<&Setting>, &ParticleLaw), 
                    }: Covered| {
         format!("Stokes numbers {least:.1} to {most:.1} and film ratios {thinnest:.3} to {thickest:.3}")
     };
-    let covered = match (wet, law.covered, law.dry_speeds) {
+    let covered = match (wet, law.particle.covered, law.particle.dry_speeds_m_s) {
         (Some(wet), Some(in_all), _) => match law.range_in(wet) {
             Some(own) => {
                 let liquid = asked.pair.liquid.name().unwrap_or("this liquid");
-                let (speeds, numbers) = (speeds(own.impact_speed), numbers(own.covered));
+                let (speeds, numbers) = (speeds(own.impact_speed_m_s), numbers(own.covered));
                 format!("runs of {particle} in {liquid} covered {speeds}, {numbers}")
             }
-            None if law.ranges.is_empty() => format!("runs of {particle} covered {}", numbers(in_all)),
+            None if law.particle.covered_in.is_empty() => format!("runs of {particle} covered {}", numbers(in_all)),
             None => format!(
                 "no run of {particle} was made in this liquid; in others they covered {}",
                 numbers(in_all)

@@ -180,7 +180,7 @@ fn check_domain(setting: &Setting) -> Result<(), Error> {
 
 /// A liquid of the scene.
 fn named_liquid<'f>(name: &str, finished: &'f Finished) -> Result<&'f LiquidBasis, Error> {
-    let liquids = &finished.basis.liquids;
+    let liquids = &finished.basis().liquids;
     let listed = liquids.iter().find(|liquid| liquid.name == name);
     listed.ok_or_else(|| {
         let names = liquids.iter().map(|liquid| liquid.name.as_str()).chain([DRY]);

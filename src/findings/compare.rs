@@ -97,15 +97,6 @@ impl EvaluatedModel {
     }
 }
 
-/// What a comparison found.
-#[derive(Debug, Default)]
-pub struct Comparison {
-    /// the forms, best first
-    pub models: Vec<ComparedModel>,
-    /// what must hold, and what wants a second look
-    pub remarks: Vec<Remark>,
-}
-
 /// The name of a form: `stepwise/2`, and what else it holds or lacks: `cap/impact+bridge-viscous`.
 pub fn model_name(form: Form) -> String {
     let mut name = match form.dry_speed {
@@ -137,25 +128,29 @@ pub(super) struct EvaluatedModel {
     loo: Loo,
 }
 
-/// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already.
+/// Samples every form of inertia with both dry speeds on the same runs; the scene's own has been sampled already. The forms, best
+/// first, and what must hold, and what wants a second look.
 ///
 /// A form under which a prior leaves a parameter no room, or that reads a roughness that is not given, is not compared, and a
 /// notice says so.
-pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: &[EvaluatedModel]) -> Comparison {
+pub(super) fn compare_forms(
+    context: ComparisonContext,
+    own: &Posterior,
+    known: &[EvaluatedModel],
+) -> (Vec<ComparedModel>, Vec<Remark>) {
     let runs = context.runs;
-    let mut found = Comparison::default();
     let draws = own.sampled.draws();
     let used = affordable_draws(runs, draws);
     let why_none = why_none_beside(context.scene, runs, draws);
     let Some(used) = used.filter(|_| why_none.is_none()) else {
-        found.remarks.push(if runs.series.is_empty() {
+        let left_out = if runs.series.is_empty() {
             let text = "no wet runs: there are no forms of the wet law to compare";
             remarks::COMPARE_LEFT_OUT.notice(1, text.to_owned()).then("nothing")
         } else {
             let text = format!("forms of the law are not compared: {}", why_none.unwrap_or_default());
             remarks::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
-        });
-        return found;
+        };
+        return (vec![], vec![left_out]);
     };
     // the scene's own is left out by its own draws, which a report writes
     let model = Model {
@@ -166,17 +161,14 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
     };
     let own_loo = match model.leave_out(&own.sampled, used) {
         Ok(loo) => loo,
-        Err(why) => {
-            found.remarks.push(not_compared(own.setup.form, &why));
-            return found;
-        }
+        Err(why) => return (vec![], vec![not_compared(own.setup.form, &why)]),
     };
     let why_no_roughness = context.scene.why_no_roughness(runs.wet_particles());
     let own_model = EvaluatedModel::new(own.setup.form, true, &own.sampled, own_loo.clone(), used);
-    let mut evaluated = vec![own_model];
+    let (mut evaluated, mut found) = (vec![own_model], vec![]);
     for form in alternatives(own.setup.form).filter(|form| *form != own.setup.form) {
         if let Some(why) = why_no_roughness.as_ref().filter(|_| form.viscous.reads_roughness()) {
-            found.remarks.push(Remark {
+            found.push(Remark {
                 next_step: "give roughness_um in [particles], and it is compared".into(),
                 ..not_compared(form, why)
             });
@@ -188,16 +180,15 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         let model = known.map_or_else(|| evaluate_form(context, setup, &own_loo), |known| Ok(known.clone()));
         match model {
             Ok(model) => evaluated.push(model),
-            Err(why) => found.remarks.push(not_compared(form, &why)),
+            Err(why) => found.push(not_compared(form, &why)),
         }
     }
     rank(&mut evaluated);
     if let Some(EvaluatedModel { row, .. }) = evaluated.iter().find(|model| model.row.own) {
         let better = check_better_form((own.setup.form, row, &own_loo), &evaluated[0]);
-        found.remarks.push(better);
+        found.push(better);
     }
-    found.models = evaluated.into_iter().map(|model| model.row).collect();
-    found
+    (evaluated.into_iter().map(|model| model.row).collect(), found)
 }
 
 /// Says why a form is not compared.
@@ -265,7 +256,7 @@ pub(super) fn choose_inertia(
         ..default
     };
     if why_none_beside(scene, runs, effort(scene).chains * effort(scene).draws).is_some() {
-        let balance = context.least_squares.energy_balance;
+        let balance = context.least_squares.energy_balance.as_ref();
         let setup = balance.map_or(default, |balance| of(balance.form().inertia));
         return Ok((setup, balance.and_then(|balance| balance.choice.clone()), vec![]));
     };

@@ -1,15 +1,14 @@
 //! Holds all findings of a fit, as `findings.json` writes it.
 
+use std::ops::Deref;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::balance::EnergyBalance;
 use super::bootstrap::Resampling;
 use super::compare;
 use super::constants::Sensitivity;
-use super::dry::Dry;
 use super::estimates::EstimateRow;
-use super::film_groups::FilmGroupWidth;
 use super::form_choice::InertiaChoice;
 use super::identify::Directions;
 use super::least_squares::LeastSquares;
@@ -19,10 +18,6 @@ use super::posterior::PosteriorFindings;
 use super::published;
 use super::questions::Question;
 use super::remarks::{self, in_order, SERIES_OFFSETS, SINGLE_RUN};
-use super::scaling::Scaling;
-use super::series::SeriesFit;
-use super::terms::SizedTerm;
-use crate::physics::Form;
 use crate::remark::Remark;
 use crate::runs::{RunsWithErrors, Screened, Table};
 
@@ -56,21 +51,9 @@ pub struct Findings {
     /// the forms that were sampled to choose it
     #[serde(skip)]
     pub(super) sampled_forms: Vec<compare::EvaluatedModel>,
-    /// k of each particle with dry runs
-    pub dry: Vec<Dry>,
-    /// the runs of each particle that belong to one film ratio
-    pub film_groups: Vec<FilmGroupWidth>,
-    /// the square-root law of each series
-    pub series: Vec<SeriesFit>,
-    /// e_inf and St_c by both laws, and where the energy went
-    pub scaling: Vec<Scaling>,
-    /// L, inertial prefactor and film scale over all rebounds; `None` without a usable k
-    pub energy_balance: Option<EnergyBalance>,
-    /// what each term of the energy balance matters, and whether it is held
-    pub terms: Vec<SizedTerm>,
-    /// the energy balance that is held; its form of inertia may still be open
-    #[serde(skip)]
-    pub form: Form,
+    /// what least squares found
+    #[serde(flatten)]
+    pub fits: LeastSquares,
     /// how results move with the constants taken as exact
     pub constants: Vec<Sensitivity>,
     /// what the scatter of the runs is like; `None` without a fit or without scatter
@@ -147,16 +130,12 @@ impl Findings {
         told.retain(|remark| remark.cautions() && !is_told(remark));
         told
     }
+}
 
-    /// What least squares found, for the stages that start from it.
-    pub fn least_squares(&self) -> LeastSquares<'_> {
-        LeastSquares {
-            seed: self.seed,
-            dry: &self.dry,
-            series: &self.series,
-            scaling: &self.scaling,
-            energy_balance: self.energy_balance.as_ref(),
-            form: self.form,
-        }
+impl Deref for Findings {
+    type Target = LeastSquares;
+
+    fn deref(&self) -> &LeastSquares {
+        &self.fits
     }
 }

@@ -127,14 +127,6 @@ impl Index<Quantity> for QuantityEstimates {
 }
 
 impl Bootstrapped {
-    /// The spread that replicates tend to, where none are made.
-    pub(super) fn of_limit(se: f64) -> Bootstrapped {
-        Bootstrapped {
-            se: Some(se),
-            ..Bootstrapped::default()
-        }
-    }
-
     pub(super) fn none(why: &'static str) -> Bootstrapped {
         Bootstrapped {
             fallback: Some(why),

@@ -92,7 +92,13 @@ pub struct DrawsOfRow {
 }
 
 impl EstimateRow {
-    pub(super) fn new(quantity: Quantity, of: EstimatePlace, number: Estimate, source: Source) -> EstimateRow {
+    pub(super) fn new(
+        quantity: Quantity,
+        of: EstimatePlace,
+        sphere: Option<usize>,
+        number: Estimate,
+        source: Source,
+    ) -> EstimateRow {
         EstimateRow {
             quantity: quantity.describe().name,
             kind: Some(quantity),
@@ -103,14 +109,7 @@ impl EstimateRow {
             prior_led: false,
             from: None,
             draws: None,
-            sphere: None,
-        }
-    }
-
-    fn of_sphere(self, sphere: usize) -> EstimateRow {
-        EstimateRow {
-            sphere: Some(sphere),
-            ..self
+            sphere,
         }
     }
 
@@ -151,7 +150,7 @@ impl EstimateRow {
 pub(super) struct EstimateSources<'a> {
     pub scene: &'a Scene,
     pub runs: &'a Runs,
-    pub least_squares: LeastSquares<'a>,
+    pub least_squares: &'a LeastSquares,
     /// `None` if nothing was sampled
     pub posterior: Option<&'a Posterior>,
 }
@@ -162,14 +161,14 @@ impl EstimateSources<'_> {
         let fits = self.least_squares;
         let mut rows = self.posterior.map_or(vec![], |posterior| self.by_posterior(posterior));
         rows.extend(fits.dry.iter().flat_map(by_dry_law));
-        rows.extend(fits.energy_balance.into_iter().flat_map(|own| self.by_balance(own)));
+        rows.extend(fits.energy_balance.iter().flat_map(|own| self.by_balance(own)));
         rows.extend(fits.scaling.iter().flat_map(by_law));
-        for (series, own) in self.runs.series.iter().zip(fits.series) {
+        for own in &fits.series {
             let of = EstimatePlace {
                 liquid: Some(own.liquid.clone()),
                 ..EstimatePlace::of_particle(&own.particle, Some(own.diameter_m)).at(Some(own.film_ratio))
             };
-            rows.extend(rows_of(series.sphere, of, Source::SquareRootLaw, &own.estimates));
+            rows.extend(rows_of(own.sphere, of, Source::SquareRootLaw, &own.estimates));
         }
         rows
     }
@@ -204,9 +203,9 @@ impl EstimateSources<'_> {
         if rows.iter().all(|own| !own.is(Quantity::StC)) {
             let of_e_inf = rows.iter().filter(|own| own.is(Quantity::EInf));
             let number = no_draws(Quoting::of(self.scene), NO_VISCOUS);
-            let none = of_e_inf.map(|own| EstimateRow {
-                sphere: own.sphere,
-                ..EstimateRow::new(Quantity::StC, own.of.clone(), number.clone(), Source::Posterior)
+            let none = of_e_inf.map(|own| {
+                let (place, number) = (own.of.clone(), number.clone());
+                EstimateRow::new(Quantity::StC, place, own.sphere, number, Source::Posterior)
             });
             let none: Vec<EstimateRow> = none.collect();
             rows.extend(none);
@@ -216,29 +215,23 @@ impl EstimateSources<'_> {
 
     /// What follows from the sampled parameters.
     fn derived(self, draws: &DerivedDraws, summary: &QuantitySummary) -> EstimateRow {
-        let number = self.of_draws(summary, &draws.values);
+        let (number, place) = (self.of_draws(summary, &draws.values), draws.of.clone());
         EstimateRow {
-            sphere: draws.sphere,
             draws: Some(DrawsOfRow {
                 median: summary.median,
                 rhat: summary.rhat,
                 ess_bulk: summary.ess_bulk,
                 ess_tail: summary.ess_tail,
             }),
-            ..EstimateRow::new(draws.quantity, draws.of.clone(), number, Source::Posterior)
+            ..EstimateRow::new(draws.quantity, place, draws.sphere, number, Source::Posterior)
         }
     }
 
     /// The parameters of the energy balance, δc/ε, and e_inf and St_c of its places.
     fn by_balance(self, balance: &EnergyBalance) -> Vec<EstimateRow> {
-        let row = |quantity, sphere, estimate: &Estimate| EstimateRow {
-            sphere,
-            ..EstimateRow::new(
-                quantity,
-                self.of_sphere(sphere),
-                estimate.clone(),
-                Source::EnergyBalance,
-            )
+        let row = |quantity, sphere, estimate: &Estimate| {
+            let place = self.of_sphere(sphere);
+            EstimateRow::new(quantity, place, sphere, estimate.clone(), Source::EnergyBalance)
         };
         let parameters = balance.parameters.iter();
         let parameters = parameters.filter_map(|own| Some(row(own.kind.quantity()?, own.kind.sphere(), &own.estimate)));
@@ -292,7 +285,7 @@ pub(super) fn no_draws(quoting: Quoting, why: &str) -> Estimate {
 fn by_dry_law(dry: &Dry) -> Vec<EstimateRow> {
     let row = |diameter_m, dry_k: &Estimate| {
         let of = EstimatePlace::of_particle(&dry.particle, diameter_m);
-        EstimateRow::new(Quantity::DryK, of, dry_k.clone(), Source::DryLaw).of_sphere(dry.sphere)
+        EstimateRow::new(Quantity::DryK, of, Some(dry.sphere), dry_k.clone(), Source::DryLaw)
     };
     let several = dry.by_diameter.len() > 1;
     let each = dry.by_diameter.iter().filter(|_| several);
@@ -314,5 +307,5 @@ fn rows_of(
     estimates: &QuantityEstimates,
 ) -> impl Iterator<Item = EstimateRow> + use<'_> {
     let each = estimates.iter();
-    each.map(move |(quantity, own)| EstimateRow::new(quantity, of.clone(), own.clone(), source).of_sphere(sphere))
+    each.map(move |(quantity, own)| EstimateRow::new(quantity, of.clone(), Some(sphere), own.clone(), source))
 }

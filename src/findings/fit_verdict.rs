@@ -39,16 +39,30 @@ impl Verdict {
 pub(super) const ALPHA_NOT_POSITIVE: &str = "α is not positive: the runs do not reach e_inf";
 pub(super) const BETA_NOT_NEGATIVE: &str = "β is not negative: the restitution does not fall towards low speeds";
 
+pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
+
 /// A fall of e² this small beside α, over all of the runs' x, is rounding.
-const NO_FALL: f64 = 1e-12;
+const ROUNDING: f64 = 1e-12;
 
 /// Whether the fitted restitution falls towards low speeds; x of each run, in whatever unit β takes it.
 pub(super) fn falls(fit: &Fit, x: &[f64]) -> bool {
     let largest = x.iter().copied().fold(0.0, f64::max);
-    matches!(fit.parameters.as_slice(), [alpha, beta] if beta * largest < -NO_FALL * alpha.abs())
+    matches!(fit.parameters.as_slice(), [alpha, beta] if beta * largest < -ROUNDING * alpha.abs())
 }
 
-/// Whether a two-parameter law of e may be quoted.
+/// Whether a line of e over 1/St may be quoted.
+pub(super) fn linear_verdict(fit: &Fit) -> Verdict {
+    let falls = matches!(fit.parameters.as_slice(), [a, b] if *a > 0.0 && *b > 0.0);
+    if fit.converged() && !falls {
+        Verdict::failed(NO_FALL)
+    } else if !fit.converged() || fit.covariance.is_err() {
+        Verdict::failed(why_stopped(fit))
+    } else {
+        Verdict::passed("converged")
+    }
+}
+
+/// Whether a square root may be quoted.
 pub(super) fn square_root_verdict(fit: &Fit, x: &[f64]) -> Verdict {
     if !fit.converged() {
         Verdict::failed(why_stopped(fit))

@@ -77,22 +77,14 @@ impl Candidate {
         self.inertia.coefficients().len()
     }
 
-    /// What it gains over another in log density at each run.
-    fn gains_over<'a>(&'a self, other: &'a Candidate) -> impl Iterator<Item = f64> + 'a {
-        let runs = self.log_densities.iter().zip(&other.log_densities);
-        runs.map(|(own, other)| own - other)
-    }
-
-    /// What it gains over another in log density.
+    /// What it gains over another in log density: over all runs where both have as many parameters, since weights that cannot be
+    /// trusted favour neither of these; else over the runs that can be trusted in both.
     fn gain_over(&self, other: &Candidate) -> Difference {
-        Difference::over_runs(&self.gains_over(other).collect::<Vec<_>>())
-    }
-
-    /// What it gains by the runs that can be trusted in both.
-    fn trusted_gain_over(&self, other: &Candidate) -> Difference {
-        let is_trusted = |run: &usize| !self.untrusted.contains(run) && !other.untrusted.contains(run);
-        let gains = self.gains_over(other).enumerate().filter(|(run, _)| is_trusted(run));
-        Difference::over_runs(&gains.map(|(_, gain)| gain).collect::<Vec<_>>())
+        let is_alike = self.parameters() == other.parameters();
+        let is_told = |run: usize| is_alike || !self.untrusted.contains(&run) && !other.untrusted.contains(&run);
+        let runs = self.log_densities.iter().zip(&other.log_densities).enumerate();
+        let told = runs.filter(|(run, _)| is_told(*run));
+        Difference::over_runs(&told.map(|(_, (own, other))| own - other).collect::<Vec<_>>())
     }
 
     /// What the prior of C adds to that, where both have as many parameters.
@@ -104,13 +96,13 @@ impl Candidate {
     ///
     /// Between forms of as many parameters the more probable one is taken: neither can feign a better fit, and where their
     /// shapes are so near that runs hardly tell them apart, what tells is which of them needs a C that was to be expected.
-    /// Weights that cannot be trusted do not favour either of these. One of more or fewer parameters wants a gain by the runs
+    /// One of more or fewer parameters wants a gain by the runs
     /// whose weights can be trusted in both; one of fewer a clear one: where it is wrong, so are its numbers.
     fn preferred_to(&self, standing: &Candidate, by: ChosenBy) -> Option<f64> {
+        let gain = self.gain_over(standing);
         if let Some(of_prior) = self.prior_gain_over(standing) {
-            return Some(self.gain_over(standing).value + of_prior).filter(|both| *both > 0.0);
+            return Some(gain.value + of_prior).filter(|both| *both > 0.0);
         }
-        let gain = self.trusted_gain_over(standing);
         let holds_more = self.parameters() > standing.parameters();
         let is_enough = match holds_more && by == ChosenBy::LeaveOneOut {
             true => gain.value > GAIN_OF_MORE,
@@ -153,12 +145,7 @@ impl InertiaChoice {
         let twin = best_that_replaces(usual, true).unwrap_or(usual);
         let chosen = best_that_replaces(twin, false).unwrap_or(twin);
         let others = forms.iter().filter(|form| form.inertia != chosen.inertia).map(|form| {
-            let by_all = form.prior_gain_over(chosen).is_some();
-            let gain = if by_all {
-                form.gain_over(chosen)
-            } else {
-                form.trusted_gain_over(chosen)
-            };
+            let gain = form.gain_over(chosen);
             OtherForm {
                 inertia: form.inertia,
                 difference: rounded(gain.value),

@@ -15,12 +15,10 @@ use super::posterior::Posterior;
 use super::predict::{Curve, ParticleLaw};
 use super::quantities::{variables, PARAMETERS};
 use super::range::range;
-use super::series::SeriesFit;
-use super::verdicts::quotable;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::{DrySpeed, LawNumbers, Plateau, Restitution, Setting};
-use crate::runs::{Runs, Series};
+use crate::runs::Runs;
 use crate::scene::Scene;
 
 /// Draws that means and covariances are taken over.
@@ -120,25 +118,23 @@ pub struct LawPoint {
 
 /// A sphere on the dry plate, or in one of its series.
 #[derive(Clone, Copy)]
-pub(crate) struct Pair<'a> {
+pub(crate) struct Pair {
     pub sphere: usize,
-    /// with its fit; `None`: the dry plate
-    pub series: Option<(&'a Series, &'a SeriesFit)>,
+    /// index into [`Runs::series`]; `None`: the dry plate
+    pub series: Option<usize>,
 }
 
-impl<'a> Pair<'a> {
+impl Pair {
     /// The dry pair of a sphere, then those of its series.
-    pub fn of_sphere(sphere: usize, runs: &'a Runs, findings: &'a Findings) -> impl Iterator<Item = Pair<'a>> {
-        let of_series = runs.series.iter().zip(&findings.series);
-        let wet = of_series.filter(move |(series, _)| series.sphere == sphere).map(Some);
-        std::iter::once(None)
-            .chain(wet)
-            .map(move |series| Pair { sphere, series })
+    pub fn of_sphere(sphere: usize, runs: &Runs) -> impl Iterator<Item = Pair> + use<'_> {
+        let wet = (0..runs.series.len()).filter(move |place| runs.series[*place].sphere == sphere);
+        let all = std::iter::once(None).chain(wet.map(Some));
+        all.map(move |series| Pair { sphere, series })
     }
 
     /// The wetted plate; `None`: the dry one.
-    pub fn setting(&self, scene: &Scene) -> Option<Setting> {
-        let (own, _) = self.series?;
+    pub fn setting(&self, scene: &Scene, runs: &Runs) -> Option<Setting> {
+        let own = &runs.series[self.series?];
         Some(scene.setting(own.particle, own.liquid, own.diameter, own.film))
     }
 
@@ -146,10 +142,11 @@ impl<'a> Pair<'a> {
     pub fn fitted(&self, scene: &Scene, findings: &Findings) -> Option<LawNumbers> {
         let (model, order) = (&scene.model, scene.model.form().dry);
         let dry_k = fit_of_sphere(&findings.dry, self.sphere).and_then(|dry| dry.dry_k.value);
-        let Some((_, fit)) = self.series else {
+        let Some(place) = self.series else {
             return Some(LawNumbers::dry(dry_k?, order));
         };
-        let alpha = fit.estimates[Quantity::Alpha].value.filter(|_| fit.verdict.passed)?;
+        let fit = &findings.series[place];
+        let [alpha, beta] = fit.parameters().filter(|_| fit.verdict.passed)?;
         let plateau = match dry_k.filter(|_| model.dry_speed == DrySpeed::Impact) {
             None => Plateau::Constant(alpha),
             Some(dry_k) => {
@@ -158,11 +155,8 @@ impl<'a> Pair<'a> {
                 Plateau::OfSpeed { dry_k, order, loss }
             }
         };
-        Some(LawNumbers {
-            plateau,
-            beta: fit.estimates[Quantity::Beta].value?,
-            kappa: 0.0,
-        })
+        let kappa = 0.0;
+        Some(LawNumbers { plateau, beta, kappa })
     }
 }
 
@@ -173,11 +167,11 @@ pub fn list_laws(scene: &Scene, runs: &Runs, findings: &Findings, posterior: Opt
         runs,
         findings,
         reference: scene.model.dry_speed.reference(),
-        quotable: quotable(&findings.remarks),
+        quotable: findings.main.verdict.passed,
     };
     let of_sphere = |sphere: usize| {
         let law = posterior.map(|posterior| posterior.law(scene, runs, sphere, DRAWS));
-        let pairs = Pair::of_sphere(sphere, runs, findings);
+        let pairs = Pair::of_sphere(sphere, runs);
         let laws = pairs.filter_map(|pair| listing.law(pair, law.as_ref()));
         laws.collect::<Vec<PairLaw>>()
     };
@@ -206,13 +200,25 @@ impl Listing<'_> {
     /// The law of a series, or the dry one of a sphere; `None` of a sphere where nothing tells its k.
     fn law(&self, pair: Pair, law: Option<&ParticleLaw>) -> Option<PairLaw> {
         let Listing { scene, runs, .. } = self;
-        let (own, fit) = pair.series.unzip();
-        let (sphere, setting) = (runs.spheres[pair.sphere], pair.setting(scene));
+        let fit = pair.series.map(|place| &self.findings.series[place]);
+        let own = pair.series.map(|place| &runs.series[place]);
+        let (sphere, setting) = (runs.spheres[pair.sphere], pair.setting(scene, runs));
         let per_speed = setting.map(|setting| setting.stokes(1.0));
         let curve = law.map(|law| law.curve(setting.as_ref()));
-        let (found, source, stands) = match &curve {
-            Some(curve) => (Some(self.of_draws(curve, per_speed)), Source::Posterior, true),
-            None => self.of_fits(pair, per_speed)?,
+        let (found, source, stands) = match (&curve, fit) {
+            (Some(curve), _) => (Some(self.of_draws(curve, per_speed)), Source::Posterior, true),
+            (None, Some(fit)) => {
+                let found = self.of_fits(pair, fit.covariance(), per_speed);
+                (found, Source::SquareRootLaw, fit.verdict.passed)
+            }
+            (None, None) => {
+                let dry = fit_of_sphere(&self.findings.dry, pair.sphere)?;
+                (
+                    Some(self.of_fits(pair, None, per_speed)?),
+                    Source::DryLaw,
+                    dry.verdict.passed,
+                )
+            }
         };
         let numbers = found.as_ref().map(|found| found.numbers);
         let wet = numbers.filter(|_| own.is_some());
@@ -268,19 +274,15 @@ impl Listing<'_> {
         })
     }
 
-    /// What least squares found, where that comes from, and whether it is usable; `None` of a sphere without a k.
-    fn of_fits(&self, pair: Pair, per_speed: Option<f64>) -> Option<(Option<Found>, Source, bool)> {
+    /// What least squares found, with the covariance of α and β of a series; `None` without a usable law.
+    fn of_fits(&self, pair: Pair, covariance: Option<[[f64; 2]; 2]>, per_speed: Option<f64>) -> Option<Found> {
         let dry = fit_of_sphere(&self.findings.dry, pair.sphere);
-        let covariance = pair.series.and_then(|(_, fit)| fit.covariance);
-        let found = pair.fitted(self.scene, self.findings).map(|numbers| Found {
+        let numbers = pair.fitted(self.scene, self.findings)?;
+        Some(Found {
             numbers,
             covariance: covariance.map(|own| self.carried(numbers, own, per_speed)),
             dry_k_se: dry.and_then(|dry| dry.dry_k.se),
-        });
-        match pair.series {
-            Some((_, fit)) => Some((found, Source::SquareRootLaw, fit.verdict.passed)),
-            None => Some((Some(found?), Source::DryLaw, dry?.verdict.passed)),
-        }
+        })
     }
 
     /// e_inf and St_c that follow from α and β.

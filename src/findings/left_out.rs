@@ -59,7 +59,7 @@ pub struct ComparisonContext<'a> {
     /// the runs that every model is compared on
     pub runs: &'a Runs,
     /// where sampling starts
-    pub least_squares: LeastSquares<'a>,
+    pub least_squares: &'a LeastSquares,
     /// hears of every draw
     pub watcher: Watcher<'a>,
 }
@@ -333,7 +333,7 @@ mod tests {
             context: ComparisonContext {
                 scene,
                 runs: &table.runs,
-                least_squares: found.least_squares(),
+                least_squares: &found.fits,
                 watcher: &|_, _| {},
             },
             setup,

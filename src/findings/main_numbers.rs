@@ -94,7 +94,11 @@ pub(super) fn pick_main_numbers(from: EstimateSources, rows: &mut [EstimateRow])
     let laws: HashMap<_, &Scaling> = laws
         .filter_map(|law| Some((key(law.sphere, law.film_ratio?), law)))
         .collect();
-    let balance = from.least_squares.energy_balance.filter(|own| own.verdict.passed);
+    let balance = from
+        .least_squares
+        .energy_balance
+        .as_ref()
+        .filter(|own| own.verdict.passed);
     let by_balance = balance.into_iter().flat_map(|balance| &balance.derived);
     let by_balance: HashSet<_> = by_balance.map(|own| key(own.sphere, own.film_ratio)).collect();
     let mut picked: Vec<(usize, EstimateRow)> = vec![];
@@ -183,7 +187,7 @@ impl EstimateSources<'_> {
             .flat_map(|own| &own.sampled.parameters.sampled);
         let mut spheres = sampled.filter_map(|own| own.kind.sphere());
         let sphere = row.sphere.filter(|own| spheres.any(|sphere| sphere == *own));
-        let dry = sphere.and_then(|sphere| fit_of_sphere(self.least_squares.dry, sphere));
+        let dry = sphere.and_then(|sphere| fit_of_sphere(&self.least_squares.dry, sphere));
         dry.is_some_and(|dry| {
             let alone = self.runs.series_of(dry.sphere).is_empty() && dry.runs < FEW_DRY_RUNS;
             alone && dry.dry_k.interval.is_some()
@@ -244,7 +248,7 @@ mod tests {
                     ..quoting.without_se(Some(value), "")
                 };
                 let place = EstimatePlace::default();
-                EstimateRow::new(Quantity::Shared(of), place, number, Source::Posterior)
+                EstimateRow::new(Quantity::Shared(of), place, None, number, Source::Posterior)
             };
             let mut all = [
                 (Coefficient::LubricationLog, [1.85, 0.1]),

@@ -96,15 +96,14 @@ use crate::physics::inertia::{Inertia, PREFACTOR};
 use crate::remark::{Level, Remark};
 use crate::runs::{FilmGroup, Runs, Table};
 use crate::scene::{NoiseOn, Scene, Sticking};
-use compare::Comparison;
 use estimates::EstimateSources;
 use form_choice::OtherForm;
+use least_squares::LeastSquares;
 use left_out::ComparisonContext;
 use main_numbers::MainNumbers;
 use posterior::{contraction, ExpectedSampling, MethodChoice, Posterior, SamplingSetup};
 use remarks::Kind;
 use scaling::Scaling;
-use slow_rebounds::Beside;
 use terms::SizedTerm;
 use which_law::LineAgainstRoot;
 
@@ -126,22 +125,20 @@ pub fn fit_least_squares_watched(
     watcher: Option<&(dyn Fn(usize) + Sync)>,
 ) -> Findings {
     let runs = &table.runs;
-    let (mut findings, line) = fit_laws(scene, table, seed);
-    let balance = findings.energy_balance.as_ref();
-    let of_sample = findings.setup(scene, runs.sample());
+    let (mut fits, line) = fit_laws(scene, runs, seed);
+    let (of_sample, balance) = (fits.setup(scene, runs.sample()), fits.energy_balance.as_ref());
     let few = runs.sample().condensed(scene.data.smallest_restitution);
-    let of_few = findings.setup(scene, few.as_ref().unwrap_or(runs.sample()));
+    let of_few = fits.setup(scene, few.as_ref().unwrap_or(runs.sample()));
     let (constants, noise) = rayon::join(
-        || constants::find_sensitivities(of_few, &findings.scaling, balance),
-        || noise::analyse_noise(of_sample, balance, findings.form),
+        || constants::find_sensitivities(of_few, &fits.scaling, balance),
+        || noise::analyse_noise(of_sample, balance, fits.form),
     );
-    (findings.constants, findings.noise) = (constants, noise);
     let resampled = watcher.map(|done| {
         done(0);
         let estimates = bootstrap::Estimates {
-            dry: &mut findings.dry,
-            series: &mut findings.series,
-            scaling: &mut findings.scaling,
+            dry: &mut fits.dry,
+            series: &mut fits.series,
+            scaling: &mut fits.scaling,
         };
         let options = bootstrap::Options {
             seed,
@@ -151,9 +148,30 @@ pub fn fit_least_squares_watched(
         bootstrap::add_bootstrap_intervals(scene, runs, estimates, options, done)
     });
     let (resampling, fewer_replicates) = resampled.unzip();
-    findings.bootstrap = resampling;
-    findings.film_groups = film_groups::list_film_groups(scene, runs);
-    findings.identifies = identify::identify_directions(scene, runs, findings.least_squares());
+    let mut findings = Findings {
+        schema: SCHEMA,
+        scene: scene.name.clone(),
+        title: scene.title.clone(),
+        wetcor: env!("CARGO_PKG_VERSION"),
+        seed,
+        data_sha256: table.sha256.clone(),
+        scene_sha256: scene.sha256.clone(),
+        counts: Counts::of(table),
+        main: MainNumbers::default(),
+        inertia: fits.energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
+        sampled_forms: vec![],
+        published: published::compare_with_published(fits.setup(scene, runs), &fits.scaling),
+        identifies: identify::identify_directions(scene, runs, &fits),
+        fits,
+        constants,
+        noise,
+        bootstrap: resampling,
+        posterior: None,
+        compare: None,
+        questions: None,
+        remarks: vec![],
+        estimates: vec![],
+    };
     let (balance, line) = (findings.energy_balance.as_ref(), line.as_ref());
     let setup = findings.setup(scene, runs);
     // a wrong unit explains what else fails
@@ -190,15 +208,14 @@ pub fn fit_least_squares_watched(
     remarks.extend(identify::unidentified_notice(findings.identifies.as_ref()));
     remarks.extend(plausible::check_results(scene, runs, &findings));
     remarks.extend(columns_agree::rows_apart(&table.compared, &runs.places));
-    findings.published = published::compare_with_published(setup, &findings.scaling);
     findings.remarks = remarks;
     findings.pick_main_numbers(scene, runs, None);
     findings
 }
 
-/// Every fit by least squares, and what else is known before any is looked at; with how the linear law stands to the square root.
-fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAgainstRoot>) {
-    let runs = &table.runs;
+/// Every fit by least squares, with how the linear law stands to the square root.
+fn fit_laws(scene: &Scene, runs: &Runs, seed: u64) -> (LeastSquares, Option<LineAgainstRoot>) {
+    let film_groups = film_groups::list_film_groups(scene, runs);
     let dry = dry::fit_dry_laws(scene, runs);
     // with the form open, models are compared run by run; a law of one film ratio that is fitted over films of all kinds
     // may have the edge of its square root anywhere among the runs
@@ -216,37 +233,17 @@ fn fit_laws(scene: &Scene, table: &Table, seed: u64) -> (Findings, Option<LineAg
     if let Some(line) = line.filter(LineAgainstRoot::favours_line) {
         scaling::quote_lines(&mut scaling, line.line_holds());
     }
-    let findings = Findings {
-        schema: SCHEMA,
-        scene: scene.name.clone(),
-        title: scene.title.clone(),
-        wetcor: env!("CARGO_PKG_VERSION"),
+    let fits = LeastSquares {
         seed,
-        data_sha256: table.sha256.clone(),
-        scene_sha256: scene.sha256.clone(),
-        counts: Counts::of(table),
-        main: MainNumbers::default(),
-        inertia: energy_balance.as_ref().and_then(|balance| balance.choice.clone()),
-        sampled_forms: vec![],
         dry,
-        film_groups: vec![],
+        film_groups,
         series,
         scaling,
         energy_balance,
         terms,
         form,
-        constants: vec![],
-        noise: None,
-        bootstrap: None,
-        published: vec![],
-        posterior: None,
-        compare: None,
-        questions: None,
-        identifies: None,
-        remarks: vec![],
-        estimates: vec![],
     };
-    (findings, line)
+    (fits, line)
 }
 
 /// Whether other models are drawn beside the scene's own, to be compared.
@@ -256,18 +253,13 @@ pub fn is_compared(scene: &Scene, runs: &Runs) -> bool {
 }
 
 impl Findings {
-    fn setup<'a>(&'a self, scene: &'a Scene, runs: &'a Runs) -> FitSetup<'a> {
-        let dry = &self.dry;
-        FitSetup { scene, runs, dry }
-    }
-
     /// About how long [`Findings::add_posterior`] will sample.
     pub fn expected_sampling(&self, scene: &Scene, runs: &Runs, method: MethodChoice) -> Option<ExpectedSampling> {
         let setup = SamplingSetup {
             form: self.form,
             method,
         };
-        posterior::expected_sampling(scene, runs, self.least_squares(), setup)
+        posterior::expected_sampling(scene, runs, &self.fits, setup)
     }
 
     /// Samples the posterior from these least-squares findings, and adds what it says; `None` where the runs are such
@@ -286,7 +278,7 @@ impl Findings {
             method,
         };
         let default = ModelParameters::of(scene, runs, setup.form)?;
-        let may_be_sampled = posterior::why_not_sampled(runs, self.least_squares(), &default).is_none();
+        let may_be_sampled = posterior::why_not_sampled(runs, &self.fits, &default).is_none();
         if scene.model.inertia_is_open() && self.form.inertia != Inertia::None && may_be_sampled {
             // refused before the forms are sampled, not after
             let quantities = default.dimension() + posterior::derived::count_derived(scene, runs, setup.form);
@@ -297,7 +289,7 @@ impl Findings {
             self.inertia = choice.or(self.inertia.take());
             self.say_anew(&[remarks::FORM_CHOSEN], self.chosen_form());
         }
-        let posterior = match posterior::fit_posterior(scene, runs, self.least_squares(), setup, watcher)? {
+        let posterior = match posterior::fit_posterior(scene, runs, &self.fits, setup, watcher)? {
             Ok(posterior) => posterior,
             Err(check) => {
                 self.remarks.push(*check);
@@ -305,14 +297,7 @@ impl Findings {
                 return Ok(None);
             }
         };
-        let (posterior, told) = match slow_rebounds::fit_beside(scene, runs, self.least_squares(), &posterior)? {
-            Beside::Same => (posterior, None),
-            Beside::Stands(mut wider, notice) => {
-                wider.as_given = Some(Box::new(posterior));
-                (*wider, Some(notice))
-            }
-            Beside::Open(check) => (posterior, Some(check)),
-        };
+        let (posterior, told) = slow_rebounds::fit_beside(scene, runs, &self.fits, posterior)?;
         // what least squares made of barely rebounding runs no longer matters
         self.say_anew(&[remarks::SLOW_REBOUNDS], told);
         let scene = posterior.scene.as_deref().unwrap_or(scene);
@@ -399,7 +384,7 @@ impl Findings {
         }
         // the posterior holds an inertial loss, whatever least squares made of it
         if posterior.findings.inertia != Inertia::None {
-            for sized in self.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
+            for sized in self.fits.terms.iter_mut().filter(|sized| sized.term == Term::Inertia) {
                 sized.held = true;
             }
             self.remarks.retain(|notice| !says_not_held(notice, Term::Inertia));
@@ -441,7 +426,7 @@ impl Findings {
         let sources = EstimateSources {
             scene,
             runs,
-            least_squares: self.least_squares(),
+            least_squares: &self.fits,
             posterior,
         };
         let mut rows = sources.rows();
@@ -469,7 +454,7 @@ impl Findings {
     /// quarter of its ±, and the runs have not rejected it.
     fn settle_second_order(&mut self) {
         let is_open = |own: &&SizedTerm| own.term == Term::DrySecondOrder && !own.held;
-        let open = self.terms.iter().find(is_open);
+        let open = self.fits.terms.iter().find(is_open);
         let Some(sized) = open.filter(|sized| !sized.is_rejected()) else {
             return;
         };
@@ -501,19 +486,20 @@ impl Findings {
         runs: &Runs,
         posterior: &Posterior,
         watcher: Watcher,
-    ) -> Result<Comparison, Error> {
+    ) -> Result<(), Error> {
         // forms are compared under the noise that was given: under one on the energy, too, each run is an integral
         let own = posterior.as_given.as_deref().unwrap_or(posterior);
-        let found = compare::compare_forms(self.comparison_context(scene, runs, watcher), own, &self.sampled_forms);
-        self.remarks.extend(found.remarks.iter().cloned());
-        compare::settle_dry_speed(&mut self.remarks, &found.models);
-        self.compare = (!found.models.is_empty()).then(|| found.models.clone());
+        let context = self.comparison_context(scene, runs, watcher);
+        let (models, found) = compare::compare_forms(context, own, &self.sampled_forms);
+        self.remarks.extend(found);
+        compare::settle_dry_speed(&mut self.remarks, &models);
+        self.compare = (!models.is_empty()).then_some(models);
         let comparison = self.comparison_context(scene, runs, watcher);
-        let (questions, checks) = questions::answer_questions(questions::Context { comparison, own })?;
+        let (questions, checks) = questions::answer_questions(comparison, own)?;
         self.remarks.extend(checks);
         self.questions = Some(questions);
         self.pick_main_numbers(posterior.scene.as_deref().unwrap_or(scene), runs, Some(posterior));
-        Ok(found)
+        Ok(())
     }
 
     fn comparison_context<'a>(
@@ -525,7 +511,7 @@ impl Findings {
         ComparisonContext {
             scene,
             runs,
-            least_squares: self.least_squares(),
+            least_squares: &self.fits,
             watcher,
         }
     }
@@ -616,7 +602,7 @@ mod tests {
         let mut cautions = |size: f64, se: f64| {
             findings.remarks[0].level = Level::Cautions;
             findings.main.parameters[0].number.se = Some(se);
-            let terms = findings.terms.iter_mut();
+            let terms = findings.fits.terms.iter_mut();
             for sized in terms.filter(|sized| sized.term == Term::DrySecondOrder) {
                 (sized.held, sized.size, sized.moves) = (false, Some(size), Some(name.clone()));
                 (sized.runs_show, sized.runs_show_se) = (None, None);
@@ -630,11 +616,11 @@ mod tests {
     #[test]
     fn an_error_of_speeds_cautions_only_of_a_law_with_main_numbers() {
         let (_, Table { runs, .. }) = read_plain();
-        let mut scaling = fit_plain(vec![]).scaling;
+        let mut scaling = fit_plain(vec![]).fits.scaling;
         scaling.retain(|row| row.law == WetLaw::Sqrt && row.film_ratio.is_some());
         for row in &mut scaling {
-            row.verdict = Verdict::passed("");
-            row.speed_error_of_a_tenth_se = Some(0.001);
+            row.fitted.verdict = Verdict::passed("");
+            row.fitted.speed_error_of_a_tenth_se = Some(0.001);
         }
         let level = |is_main: bool| {
             let found = verdicts::measurement_error_notices(&runs, &scaling, |_| is_main);

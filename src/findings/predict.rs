@@ -53,7 +53,7 @@ pub struct ParameterDraws {
 }
 
 /// A particle, and where its wet runs were made.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParticleBasis {
     /// its name
     pub name: String,
@@ -92,19 +92,6 @@ pub struct CoveredIn {
     pub impact_speed_m_s: [f64; 2],
     /// Stokes numbers and film ratios
     #[serde(flatten)]
-    pub covered: Covered,
-}
-
-/// What the runs in a liquid covered, the liquid being told by its density and viscosity as a [`Setting`] has them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LiquidRange {
-    /// ρl, kg/m³
-    pub density: f64,
-    /// η, Pa s
-    pub viscosity: f64,
-    /// slowest and fastest, m/s
-    pub impact_speed: [f64; 2],
-    /// Stokes numbers and film ratios
     pub covered: Covered,
 }
 
@@ -177,25 +164,10 @@ impl Basis {
         ParticleLaw {
             form,
             smallest_restitution: self.smallest_restitution,
-            covered: particle.covered,
-            ranges: self.ranges(particle),
-            dry_speeds: particle.dry_speeds_m_s,
+            particle: particle.clone(),
+            liquids: self.liquids.clone(),
             draws,
         }
-    }
-
-    /// What the runs of one of its particles covered, liquid by liquid.
-    fn ranges(&self, particle: &ParticleBasis) -> Vec<LiquidRange> {
-        let of = |own: &CoveredIn| {
-            let liquid = self.liquids.iter().find(|liquid| liquid.name == own.liquid)?;
-            Some(LiquidRange {
-                density: liquid.density_kg_m3,
-                viscosity: liquid.viscosity_pa_s,
-                impact_speed: own.impact_speed_m_s,
-                covered: own.covered,
-            })
-        };
-        particle.covered_in.iter().filter_map(of).collect()
     }
 }
 
@@ -244,12 +216,10 @@ pub struct ParticleLaw {
     pub form: Form,
     /// a restitution at or below this counts as stuck
     pub smallest_restitution: f64,
-    /// what its wet runs covered
-    pub covered: Option<Covered>,
-    /// the same of each liquid they were made in; empty where that is not known
-    pub ranges: Vec<LiquidRange>,
-    /// slowest and fastest of its dry runs, m/s
-    pub dry_speeds: Option<[f64; 2]>,
+    /// the particle, with what its runs covered
+    pub particle: ParticleBasis,
+    /// the liquids of the scene
+    pub liquids: Vec<LiquidBasis>,
     /// the draws, at least one
     pub draws: Vec<Draw>,
 }
@@ -333,23 +303,32 @@ impl ParticleLaw {
     }
 
     /// What the runs in the liquid of a setting covered; `None` where none was made in it.
-    pub fn range_in(&self, setting: &Setting) -> Option<&LiquidRange> {
-        let is_same = |own: f64, given: f64| is_within([own; 2], given);
-        let mut ranges = self.ranges.iter();
-        ranges.find(|own| is_same(own.density, setting.liquid_density) && is_same(own.viscosity, setting.viscosity))
+    pub fn range_in(&self, setting: &Setting) -> Option<&CoveredIn> {
+        let is_same = |own: &LiquidBasis| {
+            let both = [
+                (own.density_kg_m3, setting.liquid_density),
+                (own.viscosity_pa_s, setting.viscosity),
+            ];
+            both.into_iter().all(|(own, given)| is_within([own; 2], given))
+        };
+        let is_of = |own: &&CoveredIn| {
+            let named = self.liquids.iter().find(|liquid| liquid.name == own.liquid);
+            named.is_some_and(is_same)
+        };
+        self.particle.covered_in.iter().find(is_of)
     }
 
     /// Whether runs of the particle, in the liquid of a setting, covered it at a speed; `None`: of dry impacts.
     fn holds(&self, wet: Option<&Setting>, v: f64) -> bool {
         let Some(setting) = wet else {
-            return self.dry_speeds.is_some_and(|speeds| is_within(speeds, v));
+            return self.particle.dry_speeds_m_s.is_some_and(|speeds| is_within(speeds, v));
         };
         let inside = |covered: &Covered| covered.holds(setting.stokes(v), setting.film_ratio());
-        if self.ranges.is_empty() {
-            return self.covered.as_ref().is_some_and(inside);
+        if self.particle.covered_in.is_empty() {
+            return self.particle.covered.as_ref().is_some_and(inside);
         }
         let own = self.range_in(setting);
-        own.is_some_and(|own| is_within(own.impact_speed, v) && inside(&own.covered))
+        own.is_some_and(|own| is_within(own.impact_speed_m_s, v) && inside(&own.covered))
     }
 }
 
@@ -546,9 +525,8 @@ mod tests {
         let law = ParticleLaw {
             form: Form::new(Inertia::Saturating, DrySpeed::Reference(2.0)),
             smallest_restitution: 0.05,
-            covered: None,
-            ranges: vec![],
-            dry_speeds: None,
+            particle: ParticleBasis::default(),
+            liquids: vec![],
             draws: (0..400).map(draw).collect(),
         };
         let curve = law.curve(Some(&SETTING));

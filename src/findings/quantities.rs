@@ -3,6 +3,7 @@
 use nalgebra::DVector;
 
 use super::estimate::{Estimate, Quoting};
+use super::fit_verdict::{ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE, NO_FALL};
 use crate::inference::delta::Uncertain;
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law_squares::{self, Held};
@@ -12,18 +13,11 @@ use crate::inference::regression::Regression;
 use crate::physics::jet::{Jet, Number};
 use crate::physics::quantity::{Place, Quantity, Wetted};
 use crate::physics::Coefficient;
+use crate::runs::Runs;
 use crate::scene::WetLaw;
 
 /// Most parameters a quantity of a law depends on: the law's two, and k.
 pub(super) const PARAMETERS: usize = 3;
-
-/// What a law over 1/St with these parameters says, in whatever they are: numbers, or numbers with slopes.
-pub(super) fn wetted_of<T: Number>(law: WetLaw, [a, b]: [T; 2]) -> Wetted<T> {
-    match law {
-        WetLaw::Sqrt => Wetted::of_square_root(a, b),
-        WetLaw::Linear => Wetted::of_line(a, b),
-    }
-}
 
 /// The parameters of a law, each with its slope in itself.
 pub(super) fn variables([a, b]: [f64; 2]) -> [Jet<PARAMETERS>; 2] {
@@ -48,11 +42,46 @@ impl LawOver {
         }
     }
 
+    /// The abscissa of a run.
+    pub fn abscissa(self, runs: &Runs, run: usize) -> f64 {
+        match self {
+            LawOver::Speed => 1.0 / runs.impact_speed[run],
+            LawOver::Stokes(_) => runs.inverse_stokes(run),
+        }
+    }
+
+    /// What its fit estimates by itself.
+    pub fn estimated(self) -> &'static [Quantity] {
+        use Quantity::{Alpha, Beta, EInf, StC, StNoRebound, ThresholdSpeed};
+        match self {
+            LawOver::Speed => &[Alpha, Beta, EInf, ThresholdSpeed],
+            LawOver::Stokes(WetLaw::Sqrt) => &[EInf, StC, StNoRebound],
+            LawOver::Stokes(WetLaw::Linear) => &[EInf, StC],
+        }
+    }
+
+    /// The quantities whose numbers are profiled.
+    pub fn profiled(self) -> &'static [Quantity] {
+        match self {
+            LawOver::Speed => self.estimated(),
+            LawOver::Stokes(_) => &[Quantity::EInf, Quantity::StC, Quantity::StCEInf2],
+        }
+    }
+
+    /// Why there is none of a quantity that is not defined: without e_inf, and with it.
+    pub fn undefined(self) -> [&'static str; 2] {
+        match self {
+            LawOver::Speed => [ALPHA_NOT_POSITIVE, BETA_NOT_NEGATIVE],
+            LawOver::Stokes(_) => [NO_FALL; 2],
+        }
+    }
+
     /// What the law says with these parameters.
     pub fn wetted<T: Number>(self, [a, b]: [T; 2]) -> Wetted<T> {
         match self {
             LawOver::Speed => Wetted::of_speed(a, b),
-            LawOver::Stokes(law) => wetted_of(law, [a, b]),
+            LawOver::Stokes(WetLaw::Sqrt) => Wetted::of_square_root(a, b),
+            LawOver::Stokes(WetLaw::Linear) => Wetted::of_line(a, b),
         }
     }
 
@@ -87,13 +116,12 @@ pub(super) struct LawLimits {
 }
 
 impl LawLimits {
-    /// Those of the numbers that these quantities are functions of; `None` where a fit has no covariance or is curved in
-    /// none.
+    /// Those of the numbers that the profiled quantities are functions of; `None` where a fit has no covariance or is curved
+    /// in none.
     pub fn find(
         law: LawOver,
         regression: &Regression,
         (fit, errors): (&Fit, Option<&ErrorWeights>),
-        quantities: &[Quantity],
         quoting: Quoting,
     ) -> Option<LawLimits> {
         let region = Region::of(fit, errors, quoting.level)?;
@@ -101,7 +129,7 @@ impl LawLimits {
         let has_straight = |quantity: &Quantity| *quantity != Quantity::EInf || has_straight_root(&region);
         let limits = Held::ALL.map(|held| {
             let is_of_held = |quantity: &&Quantity| law.held(**quantity) == held;
-            let mut of_held = quantities.iter().filter(is_of_held).peekable();
+            let mut of_held = law.profiled().iter().filter(is_of_held).peekable();
             of_held.peek()?;
             let profile = law_squares::profile(regression, errors, &region, held)?;
             if profile.is_straight(first_parameter) && of_held.all(has_straight) {

@@ -27,17 +27,21 @@ pub const THIN: f64 = 0.10;
 /// Both questions, in the order of the paper's text, and whether a trend that was seen forbids quoting.
 ///
 /// Fails where a prior leaves a parameter no room.
-pub fn answer_questions(context: Context) -> Result<(Vec<Question>, Vec<Remark>), Error> {
-    let questions = vec![is_lubrication_constant(context, THIN)?, is_prefactor_constant(context)?];
+pub fn answer_questions(comparison: ComparisonContext, own: &Posterior) -> Result<(Vec<Question>, Vec<Remark>), Error> {
+    let questions = vec![
+        is_lubrication_constant(comparison, own, THIN)?,
+        is_prefactor_constant(comparison, own)?,
+    ];
     let checks = questions.iter().filter_map(check_trend).collect();
     Ok((questions, checks))
 }
 
 /// Whether one L holds for the runs with film ratios below a line, under the scene's own form.
-pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question, Error> {
+pub fn is_lubrication_constant(comparison: ComparisonContext, own: &Posterior, below: f64) -> Result<Question, Error> {
     let model = TrendModel {
-        context,
-        runs: &context.comparison.runs.with_films_below(below),
+        comparison,
+        own,
+        runs: &comparison.runs.with_films_below(below),
         trend: ParameterKind::LubricationTrend,
         of: ParameterKind::LUBRICATION_LOG,
     };
@@ -45,10 +49,11 @@ pub fn is_lubrication_constant(context: Context, below: f64) -> Result<Question,
 }
 
 /// Whether one C holds for all runs, under the scene's own form.
-pub fn is_prefactor_constant(context: Context) -> Result<Question, Error> {
+pub fn is_prefactor_constant(comparison: ComparisonContext, own: &Posterior) -> Result<Question, Error> {
     let model = TrendModel {
-        context,
-        runs: context.comparison.runs,
+        comparison,
+        own,
+        runs: comparison.runs,
         trend: ParameterKind::InertialTrend,
         of: ParameterKind::INERTIAL_PREFACTOR,
     };
@@ -239,22 +244,16 @@ const FEWEST_RUNS: usize = 5;
 /// Chains that differ by more than this tell nothing; the stricter line of the posterior is one for quoting its numbers.
 const RHAT: f64 = 1.05;
 
-/// What the questions are answered from.
-#[derive(Clone, Copy)]
-pub struct Context<'a> {
-    /// what models are drawn from, with every run
-    pub comparison: ComparisonContext<'a>,
-    /// the scene's own model, sampled on every run
-    pub own: &'a Posterior,
-}
-
 /// The scene's model of some runs with a trend.
 struct TrendModel<'a> {
-    pub context: Context<'a>,
-    pub runs: &'a Runs,
-    pub trend: ParameterKind,
+    /// what models are drawn from, with every run
+    comparison: ComparisonContext<'a>,
+    /// the scene's own model, sampled on every run
+    own: &'a Posterior,
+    runs: &'a Runs,
+    trend: ParameterKind,
     /// what has the trend
-    pub of: ParameterKind,
+    of: ParameterKind,
 }
 
 impl TrendModel<'_> {
@@ -267,7 +266,7 @@ impl TrendModel<'_> {
             film_ratio_below,
             ..Question::default()
         };
-        let Context { comparison, own } = self.context;
+        let TrendModel { comparison, own, .. } = *self;
         let scene = comparison.scene;
         if let Some(why) = why_none_beside(scene, comparison.runs, own.sampled.draws()) {
             return Ok(question.answered(None, Some(why)));
@@ -299,10 +298,10 @@ impl TrendModel<'_> {
 
     /// The trend, and why nothing can be built on it; `Err` says why none is sampled.
     fn sampled(&self, parameters: ModelParameters) -> Result<(Trend, Option<String>), String> {
-        let setup = self.context.own.setup;
+        let setup = self.own.setup;
         let context = ComparisonContext {
             runs: self.runs,
-            ..self.context.comparison
+            ..self.comparison
         };
         let stream = format!("question {} trend", self.of.key());
         let parameters = parameters.with_trend(self.trend);
@@ -344,7 +343,7 @@ impl TrendModel<'_> {
     /// an interval in place of none, the parameters at their posterior means; infinite where one of them ceases to be. `None`
     /// without draws, or where what has the trend is no coefficient of the balance.
     fn largest_change(&self, sampled: &Sampled, interval: [f64; 2]) -> Option<f64> {
-        let (scene, form) = (self.context.comparison.scene, self.context.own.setup.form);
+        let (scene, form) = (self.comparison.scene, self.own.setup.form);
         let ParameterKind::Shared(of) = self.of else {
             return None;
         };

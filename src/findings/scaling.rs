@@ -1,7 +1,7 @@
 //! Estimates e_inf and St_c over liquids, diameters and speeds, and where the energy went, by the linear and the square-root
 //! law.
 
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -9,14 +9,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::dry;
-use super::estimate::{Estimate, QuantityEstimates, Quoting, FEWEST_DEGREES};
+use super::estimate::{Estimate, Quoting, FEWEST_DEGREES};
 use super::film_groups::why_no_laws;
-use super::fit_verdict::{f_words, one_against, square_root_verdict, why_stopped, OwnLaw, Verdict};
+use super::fit_verdict::{f_words, one_against, OwnLaw, Verdict};
 use super::places::WetPlace;
-use super::quantities::{variables, wetted_of, FittedLaw, LawOver, PARAMETERS};
+use super::quantities::{variables, FittedLaw, LawOver, PARAMETERS};
 use super::wet_fit::{two, FitSetup, WetFit, WetRuns};
 use crate::inference::delta::Uncertain;
-use crate::inference::effective_variance::ErrorSummary;
 use crate::inference::least_squares::Fit;
 use crate::inference::nested::FTest;
 use crate::physics::inertia::Inertia;
@@ -41,10 +40,6 @@ pub struct Scaling {
     pub runs: usize,
     /// runs that stuck, left out
     pub stuck: usize,
-    /// e_inf at the reference dry speed, St_c, of the square root the Stokes number at which it reaches zero, and, but over all
-    /// film ratios, (e_dry² − e_inf²)/ρ̃, St_c e_inf² and δc
-    #[serde(skip)]
-    pub estimates: QuantityEstimates,
     /// where the energy went; `None` over all film ratios
     pub energy: Option<Energy>,
     /// correlation of e_inf and St_c
@@ -54,32 +49,17 @@ pub struct Scaling {
     pub bias: Option<Bias>,
     /// one law over all film ratios against one each (only over all)
     pub one_for_all: Option<FTest>,
-    /// spread of the restitutions about the law
-    pub residual_sd: Option<f64>,
-    /// the error of v, as a share of it, that would bias β by a tenth of its standard error (square root only)
-    pub speed_error_of_a_tenth_se: Option<f64>,
-    /// how measurement errors entered; `None` where no run carries one
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub measurement_errors: Option<ErrorSummary>,
-    /// how the fit ended
-    pub stop: &'static str,
-    /// whether its runs have no one film ratio, so that it has no numbers
-    #[serde(skip)]
-    pub is_withheld: bool,
-    /// whether it may be quoted
-    pub verdict: Verdict,
-    /// index into [`crate::runs::Runs::spheres`]
-    #[serde(skip)]
-    pub sphere: usize,
-    /// range of [`crate::runs::Runs::series`] it was fitted to
-    #[serde(skip)]
-    pub(super) series: Range<usize>,
-    /// α and its slope in 1/St (square root), intercept and minus the slope (linear); `None` unless it converged
-    #[serde(skip)]
-    pub(super) parameters: Option<[f64; 2]>,
-    /// the fit that its numbers were taken from
-    #[serde(skip)]
-    pub(super) law_fit: WetFit,
+    /// the law
+    #[serde(flatten)]
+    pub fitted: WetFit,
+}
+
+impl Deref for Scaling {
+    type Target = WetFit;
+
+    fn deref(&self) -> &WetFit {
+        &self.fitted
+    }
 }
 
 /// Parameters of the law of a film ratio.
@@ -106,18 +86,13 @@ impl Scaling {
 
     /// Takes back a law that may not be quoted: over all film ratios its verdict, at one its numbers with it. What it leaves
     /// unexplained stays, as the energy balance is held against it.
-    fn withhold(&mut self, why: &str, quoting: Quoting) {
+    fn withhold(&mut self, why: &str) {
         if self.film_ratio.is_some() {
-            self.parameters = None;
-            self.is_withheld = true;
-            self.correlation = None;
-            self.bias = None;
-            self.speed_error_of_a_tenth_se = None;
-            self.estimates.withhold(why, quoting);
-        } else if !self.verdict.passed {
-            return;
+            (self.correlation, self.bias) = (None, None);
+            self.fitted.withhold(why);
+        } else if self.verdict.passed {
+            self.fitted.verdict = Verdict::failed(why);
         }
-        self.verdict = Verdict::failed(why);
     }
 
     /// The particle's words in a text: `PTFE`, `PTFE of 4.762 mm`.
@@ -167,7 +142,6 @@ fn of_sphere(setup: FitSetup, sphere: usize) -> Vec<Scaling> {
     let (Some(first), Some(last)) = (groups.first(), groups.last()) else {
         return vec![];
     };
-    let quoting = Quoting::of(setup.scene);
     let of_group = |group: &FilmGroup| both_laws(setup, sphere, Some(group.film_ratio), group.series.clone());
     let (mut all, mut each): (_, Vec<[Scaling; 2]>) = rayon::join(
         || both_laws(setup, sphere, None, first.series.start..last.series.end),
@@ -177,20 +151,20 @@ fn of_sphere(setup: FitSetup, sphere: usize) -> Vec<Scaling> {
         own.one_for_all = test_one_for_all(setup, own, &each.iter().map(|both| &both[law]).collect::<Vec<_>>());
         if let Some(test) = own.one_for_all.filter(|test| test.p < DIFFERENT && own.verdict.passed) {
             let differ = f_words(&test, 3);
-            own.verdict = Verdict::failed(format!("film ratios differ ({differ}): quote each film ratio"));
+            own.fitted.verdict = Verdict::failed(format!("film ratios differ ({differ}): quote each film ratio"));
         }
         if !groups.iter().all(FilmGroup::has_one_film_ratio) {
-            own.withhold(WIDE_AMONG_ALL, quoting);
+            own.withhold(WIDE_AMONG_ALL);
         }
     }
     for (group, both) in groups.iter().zip(&mut each) {
         for own in both {
             if let Some(why) = why_no_laws(group) {
-                own.withhold(&why, quoting);
+                own.withhold(&why);
             }
             let (energy, estimates) = energy_of(setup, group, own);
             own.energy = Some(energy);
-            own.estimates.extend(estimates);
+            own.fitted.estimates.extend(estimates);
         }
     }
     all.into_iter().chain(each.into_iter().flatten()).collect()
@@ -202,13 +176,13 @@ const WIDE_AMONG_ALL: &str =
 
 /// Compares a law over all film ratios with the same law at each.
 fn test_one_for_all(setup: FitSetup, all: &Scaling, each: &[&Scaling]) -> Option<FTest> {
-    if !each.iter().all(|own| own.law_fit.fit.converged()) {
+    if !each.iter().all(|own| own.fit.converged()) {
         return None;
     }
     let pool = |fitted: &Scaling| WetRuns::over_stokes(setup, &setup.runs.series[fitted.series.clone()]);
     let pools: Vec<WetRuns> = each.iter().map(|own| pool(own)).collect();
     let own: Vec<OwnLaw> = pools.iter().map(|pool| pool.own_law(all.law)).collect();
-    let (pool, fit) = (pool(all), &all.law_fit.fit);
+    let (pool, fit) = (pool(all), &all.fit);
     let regression = pool.regression(all.law);
     let sticks_at = setup.scene.data.smallest_restitution;
     let expected = regression.fitted(fit);
@@ -221,15 +195,9 @@ fn test_one_for_all(setup: FitSetup, all: &Scaling, each: &[&Scaling]) -> Option
 fn both_laws(setup: FitSetup, index: usize, film_ratio: Option<f64>, series: Range<usize>) -> [Scaling; 2] {
     let FitSetup { scene, runs, .. } = setup;
     let pool = WetRuns::over_stokes(setup, &runs.series[series.clone()]);
-    let laws = [WetLaw::Sqrt, WetLaw::Linear];
-    let [root, line] = laws.map(|law| pool.fit(LawOver::Stokes(law), &PROFILED));
     let sphere = runs.spheres[index];
-    let scaling_of = |law: WetLaw, own: WetFit, verdict: Verdict| {
-        let source = own.source([NO_FALL; 2]);
-        let estimate = |quantity: Quantity| source.estimate(quantity, &Place::NONE);
-        let quantities = [Quantity::EInf, Quantity::StC].into_iter();
-        let quantities = quantities.chain((law == WetLaw::Sqrt).then_some(Quantity::StNoRebound));
-        let correlation = source.correlation(Quantity::EInf, Quantity::StC);
+    let [root, mut line] = [WetLaw::Sqrt, WetLaw::Linear].map(|law| {
+        let fitted = pool.fit(LawOver::Stokes(law), index, series.clone());
         Scaling {
             particle: scene.particles[sphere.particle].name.clone(),
             diameter_m: sphere.diameter,
@@ -237,32 +205,16 @@ fn both_laws(setup: FitSetup, index: usize, film_ratio: Option<f64>, series: Ran
             law,
             runs: pool.rebounds,
             stuck: pool.stuck,
-            estimates: QuantityEstimates::of(quantities, estimate),
             energy: None,
-            correlation,
+            correlation: fitted.source().correlation(Quantity::EInf, Quantity::StC),
             bias: None,
             one_for_all: None,
-            residual_sd: own.fit.residual_sd,
-            speed_error_of_a_tenth_se: own.speed_error.filter(|_| verdict.passed),
-            measurement_errors: own.weights.as_ref().map(|weights| weights.summary),
-            stop: own.fit.stop.as_str(),
-            is_withheld: false,
-            verdict,
-            sphere: index,
-            series: series.clone(),
-            parameters: Some(two(&own.fit)).filter(|p| p.iter().all(|p| p.is_finite())),
-            law_fit: own,
+            fitted,
         }
-    };
-    let (of_root, of_line) = (
-        square_root_verdict(&root.fit, &pool.columns.x),
-        linear_verdict(&line.fit),
-    );
-    let root = scaling_of(WetLaw::Sqrt, root, of_root);
-    let mut line = scaling_of(WetLaw::Linear, line, of_line);
-    line.bias = linear_bias(&root.law_fit.fit, &pool);
+    });
+    line.bias = linear_bias(&root.fit, &pool);
     if let Some(bias) = line.bias_in_se().filter(|bias| *bias > FAR && line.verdict.passed) {
-        line.verdict = Verdict::failed(format!(
+        line.fitted.verdict = Verdict::failed(format!(
             "biased by {bias:.1} of its standard errors, since e follows the square root: quote that law"
         ));
     }
@@ -272,18 +224,15 @@ fn both_laws(setup: FitSetup, index: usize, film_ratio: Option<f64>, series: Ran
 /// Standard errors that the bias of a usable linear law may reach: a 95 % interval then covers half of the time.
 const FAR: f64 = 2.0;
 
-/// The quantities whose numbers are profiled.
-const PROFILED: [Quantity; 3] = [Quantity::EInf, Quantity::StC, Quantity::StCEInf2];
-
 /// Says of every law that the linear one is to be quoted, where all film ratios together bear it out and it holds.
 pub(super) fn quote_lines(laws: &mut [Scaling], line_holds: bool) {
     for law in laws {
         match law.law {
             WetLaw::Sqrt if law.verdict.passed => {
-                law.verdict = Verdict::failed("the linear law describes the runs better")
+                law.fitted.verdict = Verdict::failed("the linear law describes the runs better")
             }
-            WetLaw::Linear if law.parameters.is_some() && law.bias.take().is_some() => {
-                law.verdict = match line_holds {
+            WetLaw::Linear if law.parameters().is_some() && law.bias.take().is_some() => {
+                law.fitted.verdict = match line_holds {
                     true => Verdict::passed("describes the runs better than the square root"),
                     false => Verdict::failed("neither law describes the runs"),
                 };
@@ -303,22 +252,9 @@ pub(super) fn square_root_of(setup: FitSetup, series: &[Series]) -> Option<[f64;
     e_inf_and_st_c(WetLaw::Sqrt, two(&fit))
 }
 
-pub(super) const NO_FALL: &str = "the restitution does not fall with 1/St: there is no St_c";
-
-fn linear_verdict(fit: &Fit) -> Verdict {
-    let [a, b] = two(fit);
-    if fit.converged() && !(a > 0.0 && b > 0.0) {
-        Verdict::failed(NO_FALL)
-    } else if !fit.converged() || fit.covariance.is_err() {
-        Verdict::failed(why_stopped(fit))
-    } else {
-        Verdict::passed("converged")
-    }
-}
-
 /// e_inf and St_c of a law with these parameters; `None` where they give none.
 pub(super) fn e_inf_and_st_c(law: WetLaw, parameters: [f64; 2]) -> Option<[f64; 2]> {
-    let wetted = wetted_of(law, parameters);
+    let wetted = LawOver::Stokes(law).wetted(parameters);
     let both = [Quantity::EInf, Quantity::StC].map(|quantity| quantity.value(&Place::NONE, &wetted));
     both.iter().all(|x| x.is_finite()).then_some(both)
 }
@@ -343,10 +279,7 @@ fn energy_of(setup: FitSetup, group: &FilmGroup, fitted: &Scaling) -> (Energy, [
     };
     let why_no_delta_c = scene.model.viscous.why_no_critical_separation().map(str::to_owned);
     let why_no_delta_c = why_no_delta_c.or_else(|| scene.why_no_roughness([place.particle]));
-    let mut source = fitted.law_fit.source([NO_FALL; 2]);
-    if fitted.is_withheld {
-        source.why_none = Some(fitted.verdict.reason.clone());
-    }
+    let source = fitted.source();
     let cap = Inertia::Cap;
     let energy = Energy {
         density_ratio: at.density_ratio,
@@ -373,7 +306,7 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
         return quoting.none("the particle has no usable dry runs, so e_dry is not known");
     };
     let e_inf = &fitted.estimates[Quantity::EInf];
-    let (Some(_), Some(parameters)) = (e_inf.value, fitted.parameters) else {
+    let (Some(_), Some(parameters)) = (e_inf.value, fitted.parameters()) else {
         return quoting.none(e_inf.why_none.clone().unwrap_or_default());
     };
     // at the speed at which e_inf is quoted, with its slope in k
@@ -385,7 +318,7 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
     if value <= 0.0 {
         return quoting.none("e_dry is not positive at the reference speed");
     }
-    let (shared, own) = (fitted.law_fit.shift_by_dry_k, &fitted.law_fit.uncertain);
+    let (shared, own) = (fitted.shift_by_dry_k, &fitted.uncertain);
     let of_k = k_se * k_se;
     let with_k = |covariance: &DMatrix<f64>| {
         DMatrix::from_fn(PARAMETERS, PARAMETERS, |i, j| match (i, j) {
@@ -395,13 +328,13 @@ fn inertial_loss(FitSetup { scene, dry, .. }: FitSetup, fitted: &Scaling, at: &P
         })
     };
     let source = FittedLaw {
-        wetted: wetted_of(fitted.law, variables(parameters)).with_e_dry(e_dry),
+        wetted: fitted.over.wetted(variables(parameters)).with_e_dry(e_dry),
         uncertain: &Uncertain {
             covariance: own.covariance.as_ref().map(with_k).map_err(Clone::clone),
             degrees_of_freedom: own.degrees_of_freedom,
         },
         why_none: None,
-        ..fitted.law_fit.source([NO_FALL; 2])
+        ..fitted.source()
     };
     source.estimate(Quantity::InertialLoss, at)
 }

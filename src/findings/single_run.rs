@@ -12,15 +12,15 @@ use rayon::prelude::*;
 
 use super::estimate::{Estimate, Quoting};
 use super::estimates::EstimateRow;
-use super::fit_verdict::{uncertain, why_stopped};
+use super::fit_verdict::{uncertain, why_stopped, NO_FALL};
 use super::left_out::{affordable_draws, ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
 use super::moved::{Moved, Told};
 use super::posterior::{derived, Posterior};
-use super::quantities::{variables, wetted_of, FittedLaw};
+use super::quantities::{variables, FittedLaw};
 use super::range::range;
 use super::remarks::{self, shortened};
-use super::scaling::{Scaling, NO_FALL};
+use super::scaling::Scaling;
 use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
@@ -203,7 +203,7 @@ fn runs_that_carry(setup: FitSetup, law: &Scaling) -> Vec<SingleRun> {
     let without = |(place, run): (usize, usize)| {
         let fit = pool.refitted(WetLaw::Sqrt, &columns.restitution, |own| own != place);
         let source = FittedLaw {
-            wetted: wetted_of(WetLaw::Sqrt, variables(two(&fit))),
+            wetted: law.over.wetted(variables(two(&fit))),
             uncertain: &uncertain(&fit),
             limits: None,
             why_none: (!fit.converged()).then(|| why_stopped(&fit)),

@@ -43,9 +43,6 @@ const FILM_ERROR: f64 = 0.03;
 /// Sd of the logarithm of the spread that these errors make: known within a factor of 2.7.
 const LN_SD: f64 = 0.5;
 
-/// Where the prior of that spread comes from.
-const SOURCE: &str = "errors of 1 % in speed and 3 % in film of the runs that barely rebound";
-
 /// Runs up to which the second posterior is sampled wherever it is asked for. Of more, which integrate each for longer, it is
 /// sampled where its mode lies further off than [`CLOSE`] of a ±; of more than the most not at all.
 const FEW_RUNS: usize = 600;
@@ -58,30 +55,21 @@ const ACCURACY: f64 = 0.1;
 /// A ± below this share of that with noise on e alone is no wider one: allowing for errors has not made the number more careful.
 const NARROWER: f64 = 0.9;
 
-/// What the second posterior says.
-pub(super) enum Beside {
-    /// no run asks for it, or it says the same
-    Same,
-    /// it says something else: it stands, and the notice says so
-    Stands(Box<Posterior>, Remark),
-    /// something else may be true: it could not be sampled, or the scene takes such runs at their word
-    Open(Remark),
-}
-
-/// Samples the second posterior, and holds the first against it.
+/// Samples the second posterior, and holds the first against it: the one that stands, and what is to be said: that the second
+/// does, or that something else may be true, since it could not be sampled or the scene takes such runs at their word.
 pub(super) fn fit_beside(
     scene: &Scene,
     runs: &Runs,
-    least_squares: LeastSquares,
-    own: &Posterior,
-) -> Result<Beside, Error> {
+    least_squares: &LeastSquares,
+    own: Posterior,
+) -> Result<(Posterior, Option<Remark>), Error> {
     let model = &scene.model;
     let slow = slow_rebounds(runs.sample(), own.setup.form);
     if model.noise == NoiseOn::Both || slow.is_empty() {
-        return Ok(Beside::Same);
+        return Ok((own, None));
     }
-    let Some(errors) = energy_errors(scene, runs.sample(), own, &slow) else {
-        return Ok(Beside::Same);
+    let Some(errors) = energy_errors(scene, runs.sample(), &own, &slow) else {
+        return Ok((own, None));
     };
     let rows = shortened_by(&slow, |run| run_words(scene, runs.sample(), *run));
     if model.noise == NoiseOn::Restitution {
@@ -90,7 +78,7 @@ pub(super) fn fit_beside(
              energy of such a run by more than its noise"
         );
         let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
-        return Ok(Beside::Open(notice.at(Level::Informs)));
+        return Ok((own, Some(notice.at(Level::Informs))));
     }
     if !can_be_asked(runs) {
         let text = format!(
@@ -102,7 +90,7 @@ pub(super) fn fit_beside(
             "write noise = \"restitution\" in [model] where speeds and films err by much less; else fit a part of the runs, \
              {MOST_RUNS} at most"
         );
-        return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text).then(next)));
+        return Ok((own, Some(remarks::SLOW_REBOUNDS.check(None, text).then(next))));
     }
     let takes_minutes = match model.likelihood {
         LikelihoodFamily::Normal => false,
@@ -110,14 +98,14 @@ pub(super) fn fit_beside(
         LikelihoodFamily::AsymmetricLaplace => true,
     };
     if takes_minutes {
-        return without_slow(scene, runs, least_squares, own, (&slow, &rows));
+        let check = without_slow(scene, runs, least_squares, &own, (&slow, &rows))?;
+        return Ok((own, check));
     }
     // with errors of speeds in columns, noise on the energy besides would make each density an integral of integrals: what it
     // does to the restitution is an error of that
     let by_speeds = speeds_err(runs);
     let (mut wider_scene, mut wider_runs) = (scene.clone(), runs.clone());
     let is_set = |choice: &PriorChoice| choice.parameter == SIGMA_ENERGY.name;
-    let is_ours = !by_speeds && !scene.priors.iter().any(is_set);
     if by_speeds {
         for (run, error) in slow.iter().zip(&errors) {
             let slope = slope_mean_restitution(runs.restitution[*run].powi(2));
@@ -127,7 +115,7 @@ pub(super) fn fit_beside(
     } else {
         wider_scene.model.noise = NoiseOn::Both;
     }
-    if is_ours {
+    if !by_speeds && !scene.priors.iter().any(is_set) {
         let squares: f64 = errors.iter().map(|error| error * error).sum();
         let sigma = (squares / errors.len() as f64).sqrt();
         wider_scene.priors.push(PriorChoice {
@@ -137,13 +125,13 @@ pub(super) fn fit_beside(
             line: None,
         });
     }
-    let main = main_numbers(own);
+    let main = main_numbers(&own);
     let mut setup = own.setup;
     if runs.all_measured() > FEW_RUNS {
-        let about = about_the_mode(&wider_scene, &wider_runs, own)?;
+        let about = about_the_mode(&wider_scene, &wider_runs, &own)?;
         let apart = about.and_then(|about| most_different(&main, &about, shift_or_widening));
         if apart.is_some_and(|(difference, _)| difference < CLOSE) {
-            return Ok(Beside::Same);
+            return Ok((own, None));
         }
         setup.method = MethodChoice::Accuracy(ACCURACY);
     }
@@ -153,11 +141,11 @@ pub(super) fn fit_beside(
             "{rows}: such runs fix the energy more tightly than errors of speeds and films allow, and a posterior with these \
              errors could not be sampled"
         );
-        return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(None, text)));
+        return Ok((own, Some(remarks::SLOW_REBOUNDS.check(None, text))));
     };
     let moved = most_different(&main, &main_numbers(&wider), shift_or_widening);
     let Some((shift, moved)) = moved.filter(|(by, _)| !remarks::SLOW_REBOUNDS.holds(*by)) else {
-        return Ok(Beside::Same);
+        return Ok((own, None));
     };
     if moved.after[1] < NARROWER * moved.before[1] {
         let [symbol, before, after] = moved.words();
@@ -167,7 +155,7 @@ pub(super) fn fit_beside(
         );
         let next =
             "look at these rows again; a reason in the column exclude leaves one out, with its reason in the report";
-        return Ok(Beside::Open(remarks::SLOW_REBOUNDS.check(Some(shift), text).then(next)));
+        return Ok((own, Some(remarks::SLOW_REBOUNDS.check(Some(shift), text).then(next))));
     }
     let how = if by_speeds {
         "as errors of their restitutions"
@@ -180,25 +168,6 @@ pub(super) fn fit_beside(
          allow. With these allowed for, {how}, {symbol} is {after} in place of {before}: the numbers here allow for them"
     );
     let notice = remarks::SLOW_REBOUNDS_ALLOWED.notice(slow.len(), text);
-    let mut ours = wider.findings.parameters.iter_mut();
-    let ours = ours.find(|own| is_ours && own.name == SIGMA_ENERGY.name);
-    if let Some(prior) = ours.and_then(|own| own.prior.as_mut()) {
-        prior.source = SOURCE;
-        // where energies scatter by less than was allowed for, the numbers are the more careful
-        let is_careful = prior.runs_alone.is_some_and(|alone| alone.from_prior < 0.0);
-        let symbol = format!("{}:", remarks::in_symbols(SIGMA_ENERGY.name));
-        let is_of_it = |check: &Remark| remarks::PRIOR_CONFLICT.is(check) && check.text.contains(&symbol);
-        let is_of_it_alone = |check: &Remark| is_of_it(check) && !check.text.contains("; ");
-        wider.checks.retain(|check| !(is_careful && is_of_it_alone(check)));
-        // no prior of the scene: what the user can write is the noise itself
-        let next =
-            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in \
-                    film make them";
-        if let Some(check) = wider.checks.iter_mut().find(|check| is_of_it(check)) {
-            check.next_step = next.to_owned();
-            check.text = check.text.replacen("its prior is", "such errors make it", 1);
-        }
-    }
     wider.scene = (!by_speeds).then(|| Box::new(wider_scene));
     // a prior that the runs contradict at their word is no better for reading less from them
     if let Some(before) = own.prior_conflict().filter(|_| wider.prior_conflict().is_none()) {
@@ -210,7 +179,8 @@ pub(super) fn fit_beside(
             }
         }
     }
-    Ok(Beside::Stands(Box::new(wider), notice))
+    wider.as_given = Some(Box::new(own));
+    Ok((wider, Some(notice)))
 }
 
 /// Holds the posterior against that of the runs without the slow ones, where integrals over the noise on the energy take
@@ -218,18 +188,18 @@ pub(super) fn fit_beside(
 fn without_slow(
     scene: &Scene,
     runs: &Runs,
-    least_squares: LeastSquares,
+    least_squares: &LeastSquares,
     own: &Posterior,
     (slow, rows): (&[usize], &str),
-) -> Result<Beside, Error> {
+) -> Result<Option<Remark>, Error> {
     let others = runs.with_runs(|run| slow.binary_search(&run).is_err());
     let others = fit_posterior(scene, &others, least_squares, own.setup, &|_, _| ())?;
     let others = others.ok().filter(Posterior::sampling_holds);
     let moved =
         others.and_then(|others| most_different(&main_numbers(own), &main_numbers(&others), Moved::shift_in_smaller));
     Ok(match moved {
-        Some((by, _)) if remarks::SLOW_REBOUNDS.holds(by) => Beside::Same,
-        moved => Beside::Open(told_without(rows, "", moved)),
+        Some((by, _)) if remarks::SLOW_REBOUNDS.holds(by) => None,
+        moved => Some(told_without(rows, "", moved)),
     })
 }
 

@@ -20,11 +20,6 @@ use crate::rounding::{by_number, significant};
 use crate::runs::{Runs, Screened, Table, NOTHING_USES, OTHER_LABEL};
 use crate::scene::{Scene, WetLaw};
 
-/// Whether the main numbers may be quoted: no gating check failed.
-pub fn quotable(remarks: &[Remark]) -> bool {
-    !remarks.iter().any(Remark::forbids)
-}
-
 /// Every check of a least-squares analysis.
 pub fn check_least_squares(
     FitSetup { scene, dry, .. }: FitSetup,

@@ -46,8 +46,9 @@ pub(super) fn heading(handoff: &Handoff) -> Result<String, Error> {
     };
     let [slowest, fastest] = handoff.constant_holds();
     let height = v * v / (2.0 * GRAVITY);
-    let wetting = handoff.wetting.map(|own| {
-        context! { liquid => name(own.liquid), density => own.density, viscosity => own.viscosity, film => own.film }
+    let wetting = handoff.wet.map(|own| {
+        let liquid = name(handoff.liquid);
+        context! { liquid, density => own.liquid_density, viscosity => own.viscosity, film => own.film }
     });
     let stokes = handoff.stokes_at(v);
     let two = stokes.map(|stokes| {

@@ -31,7 +31,7 @@ fn constant(handoff: &Handoff) -> Result<HandoffFile, Error> {
 /// The dry contact of Brilliantov & Pöschel, whose e falls with the speed as the dry law's does; `None` wet.
 fn viscoelastic(handoff: &Handoff) -> Option<Result<HandoffFile, Error>> {
     let e = handoff.predicted().q50;
-    if handoff.wetting.is_some() || e >= 1.0 {
+    if handoff.wet.is_some() || e >= 1.0 {
         return None;
     }
     let (v, r, kappa) = (handoff.reference_speed, handoff.radius(), hertz_over_mass(handoff));

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::numbers::number;
 use crate::error::Error;
 use crate::findings::predict::PredictedPoint;
-use crate::physics::numbers::stokes;
+use crate::physics::Setting;
 use crate::roots::root_between;
 
 /// A simulation code that takes a restitution.
@@ -36,19 +36,6 @@ impl Code {
     }
 }
 
-/// The liquid on the plate.
-#[derive(Debug, Clone, Copy)]
-pub struct Wetting<'a> {
-    /// its name
-    pub liquid: &'a str,
-    /// ρl, kg/m³
-    pub density: f64,
-    /// η, Pa s
-    pub viscosity: f64,
-    /// δ, m
-    pub film: f64,
-}
-
 /// A law of a sphere on a plate, and the speed at which a code is to have it.
 #[derive(Clone, Copy)]
 pub struct Handoff<'a> {
@@ -62,8 +49,10 @@ pub struct Handoff<'a> {
     pub density: f64,
     /// D, m
     pub diameter: f64,
-    /// `None`: dry
-    pub wetting: Option<Wetting<'a>>,
+    /// name of the liquid, which is not read of a dry plate
+    pub liquid: &'a str,
+    /// the wetted plate; `None`: a dry one
+    pub wet: Option<Setting>,
     /// speed at which one restitution is taken, m/s
     pub reference_speed: f64,
     /// the law at an impact speed above zero, m/s
@@ -111,8 +100,7 @@ impl Handoff<'_> {
 
     /// St on the plate; `None` dry.
     pub(super) fn stokes_at(&self, speed: f64) -> Option<f64> {
-        let viscosity = self.wetting?.viscosity;
-        Some(stokes(self.density, self.diameter, speed, viscosity))
+        Some(self.wet?.stokes(speed))
     }
 
     /// Slowest and fastest speed between which the constant stands for the law; `None` where it does still at
@@ -139,7 +127,7 @@ impl Handoff<'_> {
     /// The law where it gives the e of two equal spheres that meet at the reference speed, if their Stokes number decides:
     /// at twice that speed, dry at that speed itself.
     pub(super) fn for_two_spheres(&self) -> PredictedPoint {
-        let doubled = if self.wetting.is_some() { 2.0 } else { 1.0 };
+        let doubled = if self.wet.is_some() { 2.0 } else { 1.0 };
         (self.law)(doubled * self.reference_speed)
     }
 
@@ -155,13 +143,13 @@ impl Handoff<'_> {
 
     /// Fails where the law has no number to hand over.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let wetting = |number: fn(&Wetting) -> f64| self.wetting.as_ref().map_or(1.0, number);
+        let of_wet = |number: fn(&Setting) -> f64| self.wet.as_ref().map_or(1.0, number);
         let numbers = [
             ("the reference speed", self.reference_speed),
             ("the sphere's density", self.density),
             ("the sphere's diameter", self.diameter),
-            ("the film", wetting(|own| own.film)),
-            ("the viscosity", wetting(|own| own.viscosity)),
+            ("the film", of_wet(|own| own.film)),
+            ("the viscosity", of_wet(|own| own.viscosity)),
         ];
         if let Some((what, x)) = numbers.iter().find(|(_, x)| !(x.is_normal() && *x > 0.0)) {
             let expected = "expected a number above 0";

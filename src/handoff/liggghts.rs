@@ -67,7 +67,7 @@ fn keywords(handoff: &Handoff) -> Option<StokesKeywords> {
 
 /// The contact with Stokes keywords; `None` dry.
 fn with_stokes(handoff: &Handoff) -> Option<Result<HandoffFile, Error>> {
-    let viscosity = handoff.wetting?.viscosity;
+    let viscosity = handoff.wet?.viscosity;
     let keywords = keywords(handoff)?;
     let contact = |speed: f64| {
         let stokes = handoff.stokes_at(speed).unwrap_or(f64::INFINITY);

@@ -29,7 +29,7 @@ mod template;
 mod yade;
 
 use crate::error::Error;
-pub use law::{Code, Handoff, HandoffFile, Wetting};
+pub use law::{Code, Handoff, HandoffFile};
 
 /// The files that hand a law over to a code.
 ///

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::*;
 use crate::error::Error;
 use crate::findings::predict::PredictedPoint;
+use crate::physics::Setting;
 
 fn point(e: f64, band: f64) -> PredictedPoint {
     PredictedPoint {
@@ -35,11 +36,15 @@ fn handoff(law: &dyn Fn(f64) -> PredictedPoint, reference_speed: f64) -> Handoff
         particle: "PTFE",
         density: 2150.0,
         diameter: 4.762e-3,
-        wetting: Some(Wetting {
-            liquid: "AK10",
-            density: 930.0,
+        liquid: "AK10",
+        wet: Some(Setting {
+            density: 2150.0,
+            diameter: 4.762e-3,
+            roughness: None,
+            liquid_density: 930.0,
             viscosity: 9.3e-3,
             film: 286e-6,
+            surface_tension: None,
         }),
         reference_speed,
         law,
@@ -52,7 +57,7 @@ fn handoff(law: &dyn Fn(f64) -> PredictedPoint, reference_speed: f64) -> Handoff
 
 fn dried<'a>(of: &Handoff<'a>) -> Handoff<'a> {
     Handoff {
-        wetting: None,
+        wet: None,
         stokes: None,
         law: &dry,
         log_slope: -0.0448,

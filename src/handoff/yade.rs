@@ -23,7 +23,7 @@ pub(super) fn file(handoff: &Handoff) -> Result<HandoffFile, Error> {
         beta_plate => number(damping_ratio(e)),
         beta_pair => number(damping_ratio(handoff.restitution_of_two())),
         pulling => restitution(pulling),
-        dry => handoff.wetting.is_none(),
+        dry => handoff.wet.is_none(),
         young => number(young(handoff)),
     };
     let template = include_str!("templates/yade.py");

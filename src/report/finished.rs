@@ -41,10 +41,7 @@ pub struct Finished {
     /// that the noise of wet runs grows, so that bands of single runs are too wide at one end and too narrow at the other;
     /// in words
     pub noise_grows: Option<String>,
-    /// the scene's numbers
-    pub basis: Basis,
-    form: Form,
-    left_out: Vec<HeldParameter>,
+    posterior: PosteriorRecord,
 }
 
 #[derive(Deserialize)]
@@ -229,17 +226,20 @@ impl Finished {
             title: header.title,
             failed: forbidding.map(RemarkRecord::told).collect(),
             noise_grows: growing.map(|own| own.text.clone()),
-            form: posterior.form(),
-            basis: posterior.basis,
-            left_out: posterior.left_out,
+            posterior,
         })
+    }
+
+    /// The scene's numbers.
+    pub fn basis(&self) -> &Basis {
+        &self.posterior.basis
     }
 
     /// A particle that the fit has a k of.
     ///
     /// Fails with those there are.
     pub fn particle(&self, name: &str) -> Result<&ParticleBasis, Error> {
-        let particles = self.basis.particles.iter();
+        let particles = self.basis().particles.iter();
         match particles.clone().find(|own| own.name == name) {
             Some(own) if self.has_k(own) => Ok(own),
             Some(_) => Err(Error::Usage(format!(
@@ -284,7 +284,8 @@ impl Finished {
         } else {
             ("dry", SIGMA_DRY.name)
         };
-        let of_terms = self.form.coefficients().map(name).filter(|_| is_wet);
+        let form = self.posterior.form();
+        let of_terms = form.coefficients().map(name).filter(|_| is_wet);
         let mut needed = [dry_k.as_str()].into_iter().chain(of_terms).chain([sigma]);
         if let Some(missing) = needed.find(|name| !self.has(name)) {
             let folder = self.folder.display();
@@ -305,7 +306,7 @@ impl Finished {
         ];
         let names = [&[dry_k.as_str()][..], &Coefficient::ALL.map(name), &noise].concat();
         let columns: Vec<Vec<f64>> = names.iter().map(|name| self.column(name)).collect();
-        let draws = (0..self.basis.draws_kept()).map(|draw| {
+        let draws = (0..self.basis().draws_kept()).map(|draw| {
             let values: Vec<f64> = columns.iter().map(|column| column[draw]).collect();
             let (physical, noise) = values.split_at(1 + Coefficient::COUNT);
             Draw {
@@ -320,24 +321,24 @@ impl Finished {
                 series_offset: offset_of_new_series(draw, noise[4]),
             }
         });
-        Ok(self.basis.law(known, self.form, draws.collect()))
+        Ok(self.basis().law(known, form, draws.collect()))
     }
 
     /// A parameter in every draw: of one that was not sampled the value it is held at, of one that the fit does not have 0.
     fn column(&self, name: &str) -> Vec<f64> {
-        match self.basis.draws_of(name) {
+        match self.basis().draws_of(name) {
             Some(drawn) => drawn.to_vec(),
-            None => vec![self.held(name).unwrap_or(0.0); self.basis.draws_kept()],
+            None => vec![self.held(name).unwrap_or(0.0); self.basis().draws_kept()],
         }
     }
 
     /// The value a parameter is held at.
     fn held(&self, name: &str) -> Option<f64> {
-        self.left_out.iter().find(|own| own.name == name)?.value
+        self.posterior.left_out.iter().find(|own| own.name == name)?.value
     }
 
     fn has(&self, name: &str) -> bool {
-        self.basis.draws_of(name).is_some() || self.held(name).is_some()
+        self.basis().draws_of(name).is_some() || self.held(name).is_some()
     }
 
     /// Whether the fit has a k of a particle, at every diameter or at one.

@@ -3,6 +3,7 @@
 use minijinja::context;
 use serde::Serialize;
 
+use super::finished::Finished;
 use super::json;
 use super::template::{self, serialized};
 use crate::error::Error;
@@ -26,17 +27,6 @@ const NUMBERS: [&str; 14] = [
     "stuck_probability",
     "log_slope",
 ];
-
-/// The fit that predictions were made of.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct Origin<'a> {
-    /// title of the scene
-    pub title: &'a str,
-    /// whether the numbers of the fit may be quoted
-    pub quotable: bool,
-    /// draws of the parameters
-    pub draws: usize,
-}
 
 /// What is predicted of a sphere on a plate. Field names are those of files.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -120,11 +110,12 @@ pub fn csv(predictions: &[Prediction], name_pairs: bool) -> Result<String, Error
 /// of several `predictions`, a list of such. A slope there is none of is null with a reason.
 ///
 /// Fails where a number is not finite.
-pub fn json(origin: Origin, predictions: &[Prediction], one: bool) -> Result<String, Error> {
+pub fn json(of: &Finished, predictions: &[Prediction], one: bool) -> Result<String, Error> {
     #[derive(Serialize)]
     struct File<'a> {
-        #[serde(flatten)]
-        origin: Origin<'a>,
+        title: &'a str,
+        quotable: bool,
+        draws: usize,
         #[serde(flatten)]
         only: Option<&'a Prediction<'a>>,
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -135,7 +126,9 @@ pub fn json(origin: Origin, predictions: &[Prediction], one: bool) -> Result<Str
         .try_for_each(|prediction| check(&prediction.predicted))?;
     let only = predictions.first().filter(|_| one);
     json::text(&File {
-        origin,
+        title: &of.title,
+        quotable: of.failed.is_empty(),
+        draws: of.basis().draws_kept(),
         only,
         predictions: only.is_none().then_some(predictions),
     })

@@ -16,7 +16,7 @@ pub use program::{
 };
 use rand::rngs::ChaCha8Rng;
 pub use told::Told;
-use wetcor::findings::compare::Comparison;
+use wetcor::findings::compare::ComparedModel;
 use wetcor::findings::posterior::{start, MethodChoice, Posterior};
 use wetcor::findings::{self, Findings};
 use wetcor::inference::importance::DrawCounts;
@@ -145,10 +145,11 @@ pub fn sample_as_usual(findings: &mut Findings, scene: &Scene, runs: &Runs) -> P
     sampled.expect("runs that tell")
 }
 
-/// Adds the comparison of forms.
-pub fn compare(findings: &mut Findings, scene: &Scene, runs: &Runs, posterior: &Posterior) -> Comparison {
+/// Adds the comparison of forms; these, best first.
+pub fn compare(findings: &mut Findings, scene: &Scene, runs: &Runs, posterior: &Posterior) -> Vec<ComparedModel> {
     let compared = findings.add_comparison(scene, runs, posterior, &|_, _| ());
-    compared.unwrap_or_else(|error| panic!("{error}"))
+    compared.unwrap_or_else(|error| panic!("{error}"));
+    findings.compare.clone().unwrap_or_default()
 }
 
 /// Least squares, and the posterior before it is sampled, where there is one.
@@ -156,7 +157,7 @@ fn prepared(scene: &Scene, table: &Table) -> (Findings, Option<PreparedPosterior
     let least_squares = findings::fit_least_squares(scene, table, 1, false);
     let form = scene.model.form();
     let rows = Likelihood::new(scene, &table.runs, form);
-    let begin = start(least_squares.least_squares());
+    let begin = start(&least_squares.fits);
     let parameters = ModelParameters::of(scene, &table.runs, form).ok();
     let prepared = parameters.and_then(|parameters| PreparedPosterior::new(parameters, &rows, &begin).ok());
     (least_squares, prepared)

@@ -41,7 +41,7 @@ const PREDICT: &str =
 fn predicted(folder: &Path) -> Result<String, Error> {
     let finished = Finished::read(folder)?;
     let law = finished.law("PTFE", 4.762e-3, true)?;
-    let basis = &finished.basis;
+    let basis = finished.basis();
     let particle = basis.particles.iter().find(|particle| particle.name == "PTFE");
     let liquid = basis.liquids.iter().find(|liquid| liquid.name == "AK10");
     let (Some(particle), Some(liquid)) = (particle, liquid) else {

@@ -3,7 +3,6 @@
 use rand::Rng;
 use rayon::prelude::*;
 use wetcor::findings::estimate::Estimate;
-use wetcor::findings::verdicts::quotable;
 use wetcor::findings::{self, Findings};
 use wetcor::model::simulate::Simulation;
 use wetcor::physics::rebound::mean_restitution;
@@ -55,7 +54,7 @@ impl Case {
         assert_honest(&findings);
         let is_near = distance(&self.scene, &findings) < NEAR;
         let is_right = match self.ends {
-            Quoted => is_near && quotable(&findings.remarks),
+            Quoted => is_near && findings.main.verdict.passed,
             RightBut(check) => is_near && findings.forbids(check),
             Refused(check) => findings.forbids(check),
         };

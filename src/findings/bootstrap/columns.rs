@@ -6,10 +6,10 @@ use crate::findings::dry::{own_dry_speed, Dry};
 use crate::findings::fit_columns::{FitColumns, OwnDrySpeed};
 use crate::findings::scaling::Scaling;
 use crate::findings::series::SeriesFit;
+use crate::findings::wet_fit::WetFit;
 use crate::inference::bootstrap::{strata, Pool, RunErrors, Target};
 use crate::inference::effective_variance::ErrorWeights;
 use crate::inference::law::Law;
-use crate::physics::Quantity;
 use crate::runs::Runs;
 use crate::scene::Scene;
 
@@ -113,24 +113,15 @@ impl<'r> Division<'r> {
             let x = |run: usize| runs.impacts.speed_root[run];
             (!groups.is_empty()).then(|| self.runs_of(groups, end, None, weights, x))
         };
-        let of_series = |(index, fit): (usize, &SeriesFit)| {
-            let [alpha, beta] = [Quantity::Alpha, Quantity::Beta].map(|quantity| fit.estimates[quantity].value);
-            let end = (Law::SQUARE_ROOT, [alpha?, beta?]);
-            let own = own_dry_speed(scene, dry, runs.series[index].sphere);
-            let weights = fit.error_weights.as_ref();
-            let x = |run: usize| 1.0 / runs.impact_speed[run];
-            Some(self.runs_of(wet(index..index + 1), end, own, weights, x))
-        };
-        let of_scaling = |fitted: &Scaling| {
-            let end = (Law::Wet(fitted.law), fitted.parameters?);
+        let of_wet = |fitted: &WetFit| {
+            let end = (Law::Wet(fitted.over.law()), fitted.parameters()?);
             let own = own_dry_speed(scene, dry, fitted.sphere);
-            let weights = fitted.law_fit.weights.as_ref();
-            let x = |run: usize| runs.inverse_stokes(run);
-            Some(self.runs_of(wet(fitted.series.clone()), end, own, weights, x))
+            let x = |run: usize| fitted.over.abscissa(runs, run);
+            Some(self.runs_of(wet(fitted.series.clone()), end, own, fitted.weights.as_ref(), x))
         };
         let dry = dry.iter().map(of_dry);
-        let series = estimates.series.iter().enumerate().map(of_series);
-        let scaling = estimates.scaling.iter().map(of_scaling);
+        let series = estimates.series.iter().map(|own| of_wet(own));
+        let scaling = estimates.scaling.iter().map(|own| of_wet(own));
         dry.chain(series).chain(scaling).collect()
     }
 

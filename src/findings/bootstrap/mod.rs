@@ -15,11 +15,10 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::quantities::wetted_of;
 use super::remarks;
 use crate::inference::bootstrap::sandwich::{sandwich, sandwich_of_sample, Sandwich};
 use crate::inference::bootstrap::{Plan, Target};
-use crate::physics::quantity::{Place, Quantity, Wetted};
+use crate::physics::quantity::{Place, Quantity};
 use crate::remark::Remark;
 use crate::runs::Runs;
 use crate::scene::{IntervalMethod, ResamplingScheme, Scene};
@@ -167,29 +166,28 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
         let own = next().map(|fit| Task::new(&mut fitted.dry_k, fit, |[k, _], _| k));
         tasks.extend(own);
     }
-    for fitted in estimates.series.iter_mut() {
-        let Some(fit) = next() else { continue };
-        // near β = 0 replicates of the threshold speed have no mean
-        let resampled = fitted.estimates.iter_mut();
-        for (quantity, estimate) in resampled.filter(|(quantity, _)| *quantity != Quantity::ThresholdSpeed) {
-            let value = move |[a, b]: [f64; 2], _| quantity.value(&Place::NONE, &Wetted::of_speed(a, b));
-            tasks.push(Task::new(estimate, fit, value));
-        }
-    }
     let has_delta_c = scene.model.viscous.why_no_critical_separation().is_none();
-    for fitted in estimates.scaling.iter_mut() {
+    let series = estimates.series.iter_mut().map(|own| (&mut own.fitted, f64::NAN));
+    let scaling = estimates.scaling.iter_mut().map(|own| {
+        let density_ratio = own.energy.as_ref().map_or(f64::NAN, |energy| energy.density_ratio);
+        (&mut own.fitted, density_ratio)
+    });
+    for (fitted, density_ratio) in series.chain(scaling) {
         let Some(fit) = next() else { continue };
-        let law = fitted.law;
+        let over = fitted.over;
         let at = Place {
             roughness: scene.particles[runs.spheres[fitted.sphere].particle].roughness,
-            density_ratio: fitted.energy.as_ref().map_or(f64::NAN, |own| own.density_ratio),
+            density_ratio,
         };
         let of_k = spheres.iter().position(|sphere| *sphere == fitted.sphere);
         let of_k = of_k.filter(|fit| targets[*fit].is_some());
-        let resampled = fitted.estimates.iter_mut();
-        for (quantity, estimate) in resampled.filter(|(quantity, _)| has_delta_c || *quantity != Quantity::DeltaC) {
+        for (quantity, estimate) in fitted.estimates.iter_mut() {
+            // near β = 0 replicates of the threshold speed have no mean
+            if quantity == Quantity::ThresholdSpeed || quantity == Quantity::DeltaC && !has_delta_c {
+                continue;
+            }
             let value = move |parameters, k| {
-                let wetted = wetted_of(law, parameters).with_e_dry(order.restitution(k, reference));
+                let wetted = over.wetted(parameters).with_e_dry(order.restitution(k, reference));
                 quantity.value(&at, &wetted)
             };
             let mut own = Task::new(estimate, fit, value);

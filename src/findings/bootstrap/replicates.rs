@@ -260,7 +260,10 @@ pub(super) fn add_interval_by_sandwich(task: Task, method: IntervalMethod, sandw
     let Some(value) = estimate.value.filter(|_| se > 0.0 && se.is_finite()) else {
         return;
     };
-    estimate.bootstrap = Some(Bootstrapped::of_limit(se));
+    estimate.bootstrap = Some(Bootstrapped {
+        se: Some(se),
+        ..Bootstrapped::default()
+    });
     if method == IntervalMethod::Delta {
         return;
     }

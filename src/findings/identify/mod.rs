@@ -58,7 +58,7 @@ pub struct Unidentified {
 }
 
 /// Identifiability of the parameters at the fit; `None` without parameters, or where a sum is not finite.
-pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Directions> {
+pub fn identify_directions(scene: &Scene, runs: &Runs, least_squares: &LeastSquares) -> Option<Directions> {
     let identifiability = Identifiability::of(scene, runs, least_squares)?;
     let left = identifiability.information.left();
     let (least, spread_left) = left.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
@@ -113,8 +113,8 @@ struct Identifiability {
 
 impl Identifiability {
     /// `None` without parameters, or where a sum is not finite.
-    fn of(scene: &Scene, runs: &Runs, least_squares: LeastSquares) -> Option<Identifiability> {
-        let form = with_inertia_of(least_squares.form, least_squares.energy_balance);
+    fn of(scene: &Scene, runs: &Runs, least_squares: &LeastSquares) -> Option<Identifiability> {
+        let form = with_inertia_of(least_squares.form, least_squares.energy_balance.as_ref());
         let spheres = || 0..runs.spheres.len();
         let wet: Vec<usize> = spheres().filter(|s| !runs.series_of(*s).is_empty()).collect();
         let dry: Vec<usize> = spheres().filter(|s| !runs.dry_of(*s).is_empty()).collect();
@@ -207,7 +207,7 @@ const FAR: f64 = 10.0;
 /// and priors together have their least squares; with whether it is the first.
 fn linearisation_point(
     runs: &Runs,
-    least_squares: LeastSquares,
+    least_squares: &LeastSquares,
     evidence: &RunsWithPriors,
     kinds: &[ParameterKind],
 ) -> Option<(Vec<f64>, bool)> {
@@ -233,8 +233,8 @@ fn linearisation_point(
 
 /// Where least squares found a parameter, with its standard error: in the energy balance, which alone knows of k of a
 /// sphere with wet runs where `balance_alone`, or in the dry runs. `None` unless it is positive.
-fn estimate(runs: &Runs, least_squares: LeastSquares, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
-    let in_balance = || least_squares.energy_balance?.estimate(kind)?.value_and_scale();
+fn estimate(runs: &Runs, least_squares: &LeastSquares, kind: ParameterKind, balance_alone: bool) -> Option<(f64, f64)> {
+    let in_balance = || least_squares.energy_balance.as_ref()?.estimate(kind)?.value_and_scale();
     let of_dry = || {
         // a sphere without wet runs has its k from the dry ones, and no other
         let by_dry = |sphere: &usize| !balance_alone || runs.series_of(*sphere).is_empty();
@@ -264,7 +264,7 @@ fn belief(prior: &Prior) -> LogNormalPrior {
 const LEAST_SPREAD: f64 = 1e-3;
 
 /// What wet and dry runs scatter by about the laws at most, which of few runs is far more than what they show.
-fn measured_spreads(least_squares: LeastSquares) -> [(ParameterKind, Option<f64>); 2] {
+fn measured_spreads(least_squares: &LeastSquares) -> [(ParameterKind, Option<f64>); 2] {
     /// chance that runs scatter by more
     const BEYOND: f64 = 0.05;
     let at_most = |sd: f64, runs: usize, parameters: usize| {
@@ -272,7 +272,10 @@ fn measured_spreads(least_squares: LeastSquares) -> [(ParameterKind, Option<f64>
         let chi_squared = 2.0 * gamma_quantile(BEYOND, 0.5 * freedom)?;
         Some(sd * (freedom / chi_squared).sqrt())
     };
-    let wet = least_squares.energy_balance.filter(|balance| balance.verdict.passed);
+    let wet = least_squares
+        .energy_balance
+        .as_ref()
+        .filter(|balance| balance.verdict.passed);
     let wet = wet.and_then(|balance| at_most(balance.residual_sd?, balance.runs, balance.parameters.len()));
     let dry = least_squares.dry.iter().filter(|dry| dry.verdict.passed);
     let dry = dry.filter_map(|dry| at_most(dry.residual_sd?, dry.runs, 1));

@@ -4,7 +4,7 @@ use super::runs_alone::RunsAlone;
 use super::summary::{HeldParameter, PosteriorFindings, QuantitySummary};
 use crate::findings::identify::Directions;
 use crate::findings::remarks;
-use crate::model::parameters::OF_SCENE;
+use crate::model::parameters::{OF_SCENE, OF_SLOW_REBOUNDS};
 use crate::remark::Remark;
 use crate::rounding::{signed, significant, with_se};
 
@@ -39,9 +39,13 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
     let of_prior = |own: &QuantitySummary| {
         let prior = own.prior.as_ref()?;
         let alone = prior.runs_alone?;
-        let default = if prior.source == OF_SCENE { "" } else { "default " };
+        let believed = match prior.source {
+            OF_SCENE => "its prior is",
+            OF_SLOW_REBOUNDS => "such errors make it",
+            _ => "its default prior is",
+        };
         let apart = format!(
-            "its {default}prior is {}: {:.1} sds of the two together apart, and the posterior lies {:.1} of its ± from what the runs say",
+            "{believed} {}: {:.1} sds of the two together apart, and the posterior lies {:.1} of its ± from what the runs say",
             prior.density,
             alone.from_prior.abs(),
             alone.from_posterior.abs()
@@ -67,6 +71,14 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
             format!("largest distance of what the runs alone say from a prior ({worst}), in sds of the two together");
         return Some(remarks::PRIOR_CONFLICT.check(distance, text));
     }
+    // where energies scatter by less than barely rebounding runs are allowed for, the numbers are the more careful
+    let ours = found.parameters.iter().find(|own| is_of_slow_rebounds(own));
+    let ours = conflicts
+        .iter()
+        .find(|(name, ..)| ours.is_some_and(|own| own.name == *name));
+    if conflicts.len() == 1 && ours.is_some_and(|(_, alone, _)| alone.from_prior < 0.0) {
+        return None;
+    }
     let told = conflicts.iter().map(|(name, alone, apart)| {
         // a spread that is hardly known is known by its logarithm
         let is_rough = name.starts_with("sigma_") && alone.se > 0.5 * alone.value;
@@ -83,11 +95,20 @@ pub(super) fn prior_conflict(found: &PosteriorFindings) -> Option<Remark> {
     let told: Vec<String> = told.collect();
     let felt = |alone: &RunsAlone| alone.from_posterior.abs() > remarks::FELT;
     let forbids = conflicts.iter().any(|(_, alone, _)| felt(alone));
-    Some(
-        remarks::PRIOR_CONFLICT
-            .check(distance, remarks::shortened(&told))
-            .forbidding_if(forbids),
-    )
+    let check = remarks::PRIOR_CONFLICT.check(distance, remarks::shortened(&told));
+    let check = check.forbidding_if(forbids);
+    // no prior of the scene: what the user can write is the noise itself
+    Some(match ours {
+        Some(_) => check.then(
+            "write noise = \"both\" in [model]: energies scatter otherwise than errors of 1 % in speed and 3 % in film make them",
+        ),
+        None => check,
+    })
+}
+
+/// Whether it is the spread of the energy kept that barely rebounding runs are allowed for.
+fn is_of_slow_rebounds(own: &QuantitySummary) -> bool {
+    own.prior.as_ref().is_some_and(|prior| prior.source == OF_SLOW_REBOUNDS)
 }
 
 /// A parameter with what is left of its prior sd, and the parameter that moves most with it.

@@ -108,7 +108,7 @@ impl Posterior {
 pub fn expected_sampling(
     scene: &Scene,
     runs: &Runs,
-    least_squares: LeastSquares,
+    least_squares: &LeastSquares,
     setup: SamplingSetup,
 ) -> Option<ExpectedSampling> {
     /// slopes that a draw takes, the warm-up's included: 4.6 to 6.7 in the posteriors of `benches/README.md`
@@ -145,7 +145,7 @@ pub struct ExpectedSampling {
 pub fn fit_posterior(
     scene: &Scene,
     runs: &Runs,
-    least_squares: LeastSquares,
+    least_squares: &LeastSquares,
     setup: SamplingSetup,
     watcher: Watcher,
 ) -> Result<Result<Posterior, Box<Remark>>, Error> {

@@ -47,7 +47,7 @@ pub fn refusal(checks: &[Remark]) -> Option<&Remark> {
 
 /// Why no posterior of these runs should be sampled, though the scene wants one: a check that fails and gates; `None` if it may
 /// be.
-pub fn why_not_sampled(runs: &Runs, least_squares: LeastSquares, parameters: &ModelParameters) -> Option<Box<Remark>> {
+pub fn why_not_sampled(runs: &Runs, least_squares: &LeastSquares, parameters: &ModelParameters) -> Option<Box<Remark>> {
     let too_little = smallest_noise(least_squares).filter(|sd| *sd < remarks::NOISE.threshold());
     let check = if runs.is_empty() {
         let check = remarks::PARAMETERS_LEFT.check(0.0, "no run is in use");
@@ -107,18 +107,21 @@ fn too_few_runs(runs: &Runs, parameters: &ModelParameters) -> Option<Remark> {
 }
 
 /// The smaller spread of the runs about the laws, of the dry ones and of the wet: zero, but for rounding, of an exact fit.
-fn smallest_noise(least_squares: LeastSquares) -> Option<f64> {
+fn smallest_noise(least_squares: &LeastSquares) -> Option<f64> {
     // one noisy particle or series is enough to have a noise
     let dry = least_squares.dry.iter().filter(|dry| dry.runs > 1);
     let dry = dry.filter_map(|dry| dry.residual_sd).reduce(f64::max);
     let series = least_squares.series.iter().filter(|series| series.runs > 2);
     let wet = series.filter_map(|series| series.residual_sd).reduce(f64::max);
-    let balance = least_squares.energy_balance.and_then(|balance| balance.residual_sd);
+    let balance = least_squares
+        .energy_balance
+        .as_ref()
+        .and_then(|balance| balance.residual_sd);
     [dry, wet, balance].into_iter().flatten().reduce(f64::min)
 }
 
 /// Every check of a posterior.
-pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: LeastSquares) -> Vec<Remark> {
+pub(super) fn check_posterior(found: &PosteriorFindings, least_squares: &LeastSquares) -> Vec<Remark> {
     let mut checks = convergence(found);
     checks.extend(approximations(found));
     checks.extend(compression(found));
@@ -216,7 +219,7 @@ fn approximations(found: &PosteriorFindings) -> Vec<Remark> {
 }
 
 /// Misfit of the wet law leaks into k: the pooled k is held against the dry runs' own.
-fn dry_consistency(found: &PosteriorFindings, least_squares: LeastSquares) -> Option<Remark> {
+fn dry_consistency(found: &PosteriorFindings, least_squares: &LeastSquares) -> Option<Remark> {
     let shift = |dry: &Dry| {
         let (k, se) = dry.dry_k.pair()?;
         let name = name_of_k(&dry.particle, dry.diameter_m);

@@ -70,7 +70,7 @@ pub fn most_draws(Effort { chains, draws, .. }: Effort, quantities: usize) -> us
 }
 
 /// Where least squares stands, by parameter.
-pub fn start(least_squares: LeastSquares) -> Start {
+pub fn start(least_squares: &LeastSquares) -> Start {
     let mut start = vec![];
     let with_k = least_squares.dry.iter().filter_map(|dry| Some((dry, dry.dry_k.value?)));
     start.extend(with_k.map(|(dry, k)| (ParameterKind::DryK(dry.sphere), k)));
@@ -81,7 +81,7 @@ pub fn start(least_squares: LeastSquares) -> Start {
         let pooled = spreads.iter().map(|(sd, runs)| sd * sd * runs).sum::<f64>() / runs;
         start.push((ParameterKind::SigmaDry, pooled.sqrt()));
     }
-    let Some(balance) = least_squares.energy_balance else {
+    let Some(balance) = &least_squares.energy_balance else {
         return start;
     };
     for parameter in &balance.parameters {

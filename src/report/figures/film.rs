@@ -74,7 +74,7 @@ fn posterior_curve(input: ReportInput, sphere: usize, quantity: Quantity) -> Opt
     let runs: usize = series.iter().map(|own| own.runs().len()).sum();
     let ratio = |own: &Series| own.runs().len() as f64 * own.density_ratio(input.scene);
     let density_ratio = series.iter().map(ratio).sum::<f64>() / runs as f64;
-    let [lowest, highest] = law.covered?.film_ratio;
+    let [lowest, highest] = law.particle.covered?.film_ratio;
     let reference = input.scene.model.dry_speed.reference();
     let at = |film_ratio: f64| {
         let film = Film {

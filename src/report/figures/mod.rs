@@ -23,7 +23,6 @@ use std::ops::Range;
 use super::chart::{svg, Axis, Chart, ChartPoint, Dash, Layer, Marks, Style};
 use super::ReportInput;
 use crate::findings::laws::Pair;
-use crate::findings::series::SeriesFit;
 use crate::physics::{Order, Quantity, Restitution};
 use crate::runs::Series;
 use crate::scene::WetLaw;
@@ -74,7 +73,10 @@ fn rebounds(input: ReportInput, rebounds: &Range<usize>, x: impl Fn(usize) -> f6
 fn against_speed(own: &OfSphere, bands: Option<&Bands>) -> Chart {
     let (input, series) = (own.input, &own.series);
     let of_rebounds = |own: &Range<usize>| rebounds(input, own, |run| input.runs.impact_speed[run]);
-    let of_shown = |shown: &ShownSeries| shown.series().flat_map(|s| of_rebounds(&s.rebounds)).collect();
+    let of_shown = |shown: &ShownSeries| {
+        let rebounds = shown.series(input.runs).map(|own| &own.rebounds);
+        rebounds.flat_map(of_rebounds).collect()
+    };
     let dry = input.runs.dry_of(own.sphere).iter();
     let dry = dry.flat_map(|group| of_rebounds(&group.rebounds)).collect();
     let mut joined = means_of(series.iter().map(of_shown).chain([dry]).collect());
@@ -84,14 +86,15 @@ fn against_speed(own: &OfSphere, bands: Option<&Bands>) -> Chart {
     for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
         let style = Style::group(group + 1);
         let label = &shown.name;
-        if let Some((s, fit)) = shown.single() {
-            layers.extend(bands.map_or(vec![], |bands| bands.of_series(s, style, |v| v)));
-            let law = series_curve(input, (s, fit), fastest);
+        if let Some(place) = shown.single() {
+            let own = &input.runs.series[place];
+            layers.extend(bands.map_or(vec![], |bands| bands.of_series(own, style, |v| v)));
+            let law = series_curve(input, place, fastest);
             layers.extend(law.map(|law| Layer::curve(label.clone(), law, style, Dash::Solid)));
         }
         layers.extend(points(label.clone(), points_of, style));
     }
-    layers.extend(stuck_layers(series, stuck));
+    layers.extend(stuck_layers(own, stuck));
     let x = Axis::new("impact speed v / (m s^{−1})").between(0.0, 1.05 * fastest);
     of_restitution(own.title(), x, layers)
 }
@@ -132,10 +135,10 @@ fn dry_layers(own: &OfSphere, dry_points: Vec<ChartPoint>, fastest: f64) -> Vec<
 }
 
 /// The law of a series from its threshold on; `None` where it has no usable one.
-fn series_curve(input: ReportInput, series: (&Series, &SeriesFit), fastest: f64) -> Option<Vec<(f64, f64)>> {
+fn series_curve(input: ReportInput, place: usize, fastest: f64) -> Option<Vec<(f64, f64)>> {
     let pair = Pair {
-        sphere: series.0.sphere,
-        series: Some(series),
+        sphere: input.runs.series[place].sphere,
+        series: Some(place),
     };
     let numbers = pair.fitted(input.scene, input.findings)?;
     let (law, threshold) = (Restitution::from(numbers), numbers.threshold_speed());
@@ -153,13 +156,14 @@ fn stuck_marks(own: &OfSphere, x: impl Fn(&Series, f64) -> f64) -> Vec<Vec<Chart
         let speeds = &own.input.runs.impact_speed[s.stuck.clone()];
         speeds.iter().map(|v| (x(s, *v), 0.0)).collect()
     };
-    let of_shown = |shown: &ShownSeries| shown.series().flat_map(of).collect();
+    let of_shown = |shown: &ShownSeries| shown.series(own.input.runs).flat_map(of).collect();
     means_of(own.series.iter().map(of_shown).collect())
 }
 
 /// Hollow marks of stuck runs at e = 0.
-fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>) -> Vec<Layer> {
-    let some = series
+fn stuck_layers(own: &OfSphere, stuck: Vec<Vec<ChartPoint>>) -> Vec<Layer> {
+    let some = own
+        .series
         .iter()
         .zip(stuck)
         .enumerate()
@@ -167,7 +171,7 @@ fn stuck_layers(series: &[ShownSeries], stuck: Vec<Vec<ChartPoint>>) -> Vec<Laye
     let mut layers: Vec<Layer> = some
         .map(|(group, (shown, marks))| {
             // a series that has no other marks is known by these
-            let only_stuck = shown.series().all(|s| s.rebounds.is_empty());
+            let only_stuck = shown.series(own.input.runs).all(|s| s.rebounds.is_empty());
             let name = only_stuck.then(|| shown.name.clone());
             Layer::points(name, marks, Style::group(group + 1).open())
         })
@@ -210,20 +214,21 @@ fn laws(own: &OfSphere, end: f64) -> Vec<Layer> {
 fn against_stokes(own: &OfSphere, bands: Option<&Bands>) -> Chart {
     let (input, series) = (own.input, &own.series);
     let of_series = |s: &Series| rebounds(input, &s.rebounds, |run| input.runs.inverse_stokes(run));
-    let of_shown = |shown: &ShownSeries| shown.series().flat_map(of_series).collect();
+    let of_shown = |shown: &ShownSeries| shown.series(input.runs).flat_map(of_series).collect();
     let joined = means_of(series.iter().map(of_shown).collect());
     let inverse = |s: &Series, v: f64| 1.0 / s.setting(input.scene).stokes(v);
     let stuck = stuck_marks(own, inverse);
     let end = 1.1 * largest(joined.iter().chain(&stuck)).unwrap_or(0.1);
     let mut layers = laws(own, end);
     // of those that are shown by themselves
-    let all: Vec<&Series> = series.iter().filter_map(|shown| Some(shown.single()?.0)).collect();
+    let single = series.iter().filter_map(ShownSeries::single);
+    let all: Vec<&Series> = single.map(|place| &input.runs.series[place]).collect();
     let bands = bands.filter(|_| all.len() == series.len());
     for (group, (shown, points_of)) in series.iter().zip(joined).enumerate() {
         layers.extend(bands.map_or(vec![], |bands| bands.of_liquid(&all, group, inverse)));
         layers.extend(points(shown.name.clone(), points_of, Style::group(group + 1)));
     }
-    layers.extend(stuck_layers(series, stuck));
+    layers.extend(stuck_layers(own, stuck));
     let x = Axis::new("St^{−1}").between(0.0, end);
     of_restitution(own.title(), x, layers)
 }

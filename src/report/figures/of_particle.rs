@@ -4,9 +4,8 @@ use super::super::ReportInput;
 use crate::findings::dry::fit_of_sphere;
 use crate::findings::film_groups::reference_film_ratio;
 use crate::findings::scaling::Scaling;
-use crate::findings::series::SeriesFit;
 use crate::rounding;
-use crate::runs::Series;
+use crate::runs::{Runs, Series};
 use crate::scene::WetLaw;
 use crate::units::{micrometres, millimetres};
 
@@ -14,23 +13,24 @@ use crate::units::{micrometres, millimetres};
 const MOST_SERIES: usize = 12;
 
 /// Series that a figure shows as one: each its own, or all of a liquid where there are too many.
-pub(super) struct ShownSeries<'a> {
+pub(super) struct ShownSeries {
     /// text of the legend
     pub name: String,
-    pub members: Vec<(&'a Series, &'a SeriesFit)>,
+    /// their places among all series
+    pub members: Vec<usize>,
 }
 
-impl<'a> ShownSeries<'a> {
+impl ShownSeries {
     /// The series, where it is shown by itself.
-    pub fn single(&self) -> Option<(&'a Series, &'a SeriesFit)> {
+    pub fn single(&self) -> Option<usize> {
         match self.members.as_slice() {
             [one] => Some(*one),
             _ => None,
         }
     }
 
-    pub fn series(&self) -> impl Iterator<Item = &'a Series> + '_ {
-        self.members.iter().map(|(series, _)| *series)
+    pub fn series<'r>(&self, runs: &'r Runs) -> impl Iterator<Item = &'r Series> + use<'_, 'r> {
+        self.members.iter().map(|place| &runs.series[*place])
     }
 }
 
@@ -40,7 +40,7 @@ pub(super) struct OfSphere<'a> {
     pub sphere: usize,
     /// film ratio of its series; `None`: they are of all
     ratio: Option<f64>,
-    pub series: Vec<ShownSeries<'a>>,
+    pub series: Vec<ShownSeries>,
 }
 
 impl<'a> OfSphere<'a> {
@@ -78,28 +78,29 @@ impl<'a> OfSphere<'a> {
     }
 }
 
-/// The series of a sphere at a film ratio, with the fit of each.
-fn series_at<'a>(input: ReportInput<'a>, sphere: usize, ratio: Option<f64>) -> Vec<ShownSeries<'a>> {
-    let both = input.runs.series.iter().zip(&input.findings.series);
-    let mut all: Vec<(&Series, &SeriesFit)> = both
-        .filter(|(s, _)| s.sphere == sphere && ratio.is_none_or(|r| s.film_ratio == r))
-        .collect();
+/// The series of a sphere at a film ratio.
+fn series_at(input: ReportInput, sphere: usize, ratio: Option<f64>) -> Vec<ShownSeries> {
+    let series = &input.runs.series;
+    let is_shown = |own: &Series| own.sphere == sphere && ratio.is_none_or(|ratio| own.film_ratio == ratio);
+    let mut all: Vec<usize> = (0..series.len()).filter(|place| is_shown(&series[*place])).collect();
     if all.len() <= MOST_SERIES {
-        let single = |one: (&'a Series, &'a SeriesFit)| ShownSeries {
-            name: series_name(input, one.0),
-            members: vec![one],
+        let single = |place: usize| ShownSeries {
+            name: series_name(input, &series[place]),
+            members: vec![place],
         };
         return all.into_iter().map(single).collect();
     }
-    all.sort_by_key(|(series, _)| series.liquid);
-    let of_liquid = |members: &[(&'a Series, &'a SeriesFit)]| {
-        let liquid = &input.scene.liquids[members[0].0.liquid].name;
+    all.sort_by_key(|place| series[*place].liquid);
+    let of_liquid = |members: &[usize]| {
+        let liquid = &input.scene.liquids[series[members[0]].liquid].name;
         ShownSeries {
             name: format!("{liquid}, {} series", members.len()),
             members: members.to_vec(),
         }
     };
-    all.chunk_by(|a, b| a.0.liquid == b.0.liquid).map(of_liquid).collect()
+    all.chunk_by(|a, b| series[*a].liquid == series[*b].liquid)
+        .map(of_liquid)
+        .collect()
 }
 
 pub(in crate::report) fn series_name(input: ReportInput, series: &Series) -> String {

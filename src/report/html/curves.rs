@@ -58,8 +58,7 @@ impl Curves {
         let input = input.of_sample();
         let speeds = speeds(input);
         let laws = input.laws(DRAWS);
-        let pairs =
-            (0..input.runs.spheres.len()).flat_map(|sphere| Pair::of_sphere(sphere, input.runs, input.findings));
+        let pairs = (0..input.runs.spheres.len()).flat_map(|sphere| Pair::of_sphere(sphere, input.runs));
         let all: Vec<Pair> = pairs.collect();
         let shown = &all[..all.len().min(MOST_PAIRS)];
         let pair = |pair: &Pair| {
@@ -108,7 +107,7 @@ fn restitution(
         let fitted = Restitution::from(pair.fitted(input.scene, input.findings)?);
         return Some((speeds.iter().map(|v| rounded(fitted.at(*v))).collect(), vec![]));
     };
-    let curve = law.curve(pair.setting(input.scene).as_ref());
+    let curve = law.curve(pair.setting(input.scene, input.runs).as_ref());
     let points = speeds.iter().map(|v| curve.at(*v));
     let rounded = points.map(|at| (rounded(at.q50), [at.q05, at.q95].map(rounded)));
     Some(rounded.unzip())
@@ -118,7 +117,8 @@ fn restitution(
 fn runs_of(input: ReportInput, pair: &Pair) -> PairCurve {
     let own = input.runs.spheres[pair.sphere];
     let (name, all, rebounds, stuck) = match pair.series {
-        Some((series, _)) => {
+        Some(place) => {
+            let series = &input.runs.series[place];
             // a diameter stands in the words of the series
             let particle = &input.scene.particles[own.particle].name;
             let name = format!("{particle}, {}", series_name(input, series));

@@ -142,7 +142,7 @@ pub fn measure(scene: &Scene, table: &Table, seed: u64, progress: &dyn Fn()) -> 
         parameters: ModelParameters::of(scene, &table.runs, least_squares.form)?,
         effort: effort(scene),
     };
-    if let Some(declined) = why_not_sampled(&table.runs, least_squares.least_squares(), &setup.parameters) {
+    if let Some(declined) = why_not_sampled(&table.runs, &least_squares.fits, &setup.parameters) {
         return Err(Error::Usage(format!("nothing to trade: {}", declined.text)));
     }
     let reference = setup.reference()?;
@@ -298,7 +298,7 @@ impl TradeSetup<'_> {
     fn prepared<T>(&self, draw: impl Fn(&PreparedPosterior) -> Result<T, String>) -> Result<T, String> {
         let least_squares = findings::fit_least_squares(self.scene, self.table, self.seed, false);
         let likelihood = Likelihood::new(self.scene, &self.table.runs, self.form);
-        let start = start(least_squares.least_squares());
+        let start = start(&least_squares.fits);
         let prepared = PreparedPosterior::new(self.parameters.clone(), &likelihood, &start);
         draw(&prepared.map_err(|why| why.to_string())?)
     }
