@@ -65,9 +65,9 @@ pub(crate) fn check(mut source: impl Read, longest_line: usize) -> std::io::Resu
             if end - start + of_line > longest_line {
                 break;
             }
-            lines.pass(&piece[start..=end]);
             (start, of_line) = (end + 1, 0);
         }
+        lines.pass(&piece[..start]);
         of_line += valid - start;
         if of_line > longest_line {
             let expected = format!("expected lines of at most {longest_line} bytes");

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::collect::Collected;
 use super::columns::{ColumnPlace, TableLayout};
 use super::decimals::{parse_number, rounding_of, Decimals};
-use super::labels::{is_count, Label, NamesForAll};
+use super::labels::{is_count, may_mark, Label, NamesForAll};
 use super::liquid_cells::LiquidCells;
 use super::raw_row::{BadCell, RawRow};
 use super::read_run::ReadRun;
@@ -50,12 +50,20 @@ impl<'c> Cell<&'c str> {
 /// Takes the runs of a table a block after the other; where there is none, all are held.
 pub(super) type TakeRuns<'t> = Option<&'t mut dyn FnMut(Vec<ReadRun>)>;
 
+/// A column of numbers.
+struct NumberColumn<'s> {
+    column: RunColumn,
+    place: &'s ColumnPlace,
+    /// the cell that was read last and its number in SI: those below it mostly are the same
+    last: (String, Option<f64>),
+}
+
 /// The runs of a table as far as it was read, and what is wrong with them.
 pub(super) struct CheckedRows<'s, 't> {
     layout: &'s TableLayout<'s>,
     /// the columns that the table has: those of words, and those of numbers
     words: Vec<(RunColumn, &'s ColumnPlace)>,
-    numbers: Vec<(RunColumn, &'s ColumnPlace)>,
+    numbers: Vec<NumberColumn<'s>>,
     checker: RowChecker<'s>,
     take: TakeRuns<'t>,
     pub collected: Collected,
@@ -72,11 +80,16 @@ impl<'s, 't> CheckedRows<'s, 't> {
     pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene, take: TakeRuns<'t>) -> CheckedRows<'s, 't> {
         let placed = |column: RunColumn| Some((column, layout.place(column)?));
         let placed = RunColumn::ALL.into_iter().filter_map(placed);
-        let (numbers, words) = placed.partition(|(column, _)| column.is_number());
+        let (numbers, words): (Vec<_>, Vec<_>) = placed.partition(|(column, _)| column.is_number());
+        let numbers = numbers.into_iter().map(|(column, place)| NumberColumn {
+            column,
+            place,
+            last: (String::new(), None),
+        });
         CheckedRows {
             layout,
             words,
-            numbers,
+            numbers: numbers.collect(),
             checker: RowChecker::new(scene, &layout.remarks),
             take,
             collected: Collected::new(&layout.remarks),
@@ -116,7 +129,7 @@ impl<'s, 't> CheckedRows<'s, 't> {
         let is_mean_of_runs = runs.is_some_and(|cell| parse_number(&cell.text()).is_ok_and(|runs| runs.value > 1.0));
         let names_spheres = |index| layout.place(RunColumn::Particle).is_some_and(|at| at.index == index);
         let marks_no_run = |(index, text): &(usize, &str)| {
-            if self.knows(*index, text, &row) {
+            if !may_mark(text) || self.knows(*index, text, &row) {
                 return false;
             }
             match self.names_for_all.label(*index, text) {
@@ -135,17 +148,17 @@ impl<'s, 't> CheckedRows<'s, 't> {
         let mut bad = vec![];
         let mut is_beside_film = false;
         for index in 0..self.numbers.len() {
-            let (column, place) = self.numbers[index];
+            let NumberColumn { column, place, .. } = self.numbers[index];
+            let cell = cell(place);
             // the film of a run that is called dry is not read at all; beside an empty cell only a number says that there was one
-            let is_of_dry = row.is_dry() && matches!(column, RunColumn::Film | RunColumn::FilmRatio);
+            let is_of_dry = matches!(column, RunColumn::Film | RunColumn::FilmRatio) && row.is_dry();
             if is_of_dry && row.word(RunColumn::Liquid).is_some() {
-                let film = cell(place).and_then(|cell| parse_number(&cell.text()).ok());
+                let film = cell.and_then(|cell| parse_number(&cell.text()).ok());
                 is_beside_film |= film.is_some_and(|film| film.value > 0.0);
                 continue;
             }
-            match self.number(column, cell(place), at) {
-                // the sign of a zero says nothing
-                Ok(value) => row.set(column, value.map(|value| place.unit.to_si(value) + 0.0)),
+            match self.number(index, cell, at) {
+                Ok(value) => row.set(column, value),
                 Err(_) if is_of_dry => {}
                 Err(expected) => bad.push(BadCell { column, expected }),
             }
@@ -204,15 +217,25 @@ impl<'s, 't> CheckedRows<'s, 't> {
         }
     }
 
-    /// The number in a cell, or what was expected of it.
-    fn number(&mut self, column: RunColumn, cell: Option<Cell<&str>>, at: CellPlace) -> Result<Option<f64>, String> {
+    /// The number in a cell of a column of numbers, in SI, or what was expected of it.
+    fn number(&mut self, index: usize, cell: Option<Cell<&str>>, at: CellPlace) -> Result<Option<f64>, String> {
+        let NumberColumn { column, place, last } = &mut self.numbers[index];
+        // the sign of a zero says nothing
+        let to_si = |value: f64| place.unit.to_si(value) + 0.0;
         match cell {
             None => Ok(None),
             Some(Cell::Text(text)) => {
-                let text = self.layout.read(column, text);
-                text.map(|text| self.decimals.read(text, column, at)).transpose()
+                if text != last.0 {
+                    let number = self.layout.read(*column, text);
+                    let number = number
+                        .map(|number| self.decimals.read(number, *column, at))
+                        .transpose()?;
+                    text.clone_into(&mut last.0);
+                    last.1 = number.map(to_si);
+                }
+                Ok(last.1)
             }
-            Some(Cell::Number(value)) => Ok(self.layout.read_number(column, value)),
+            Some(Cell::Number(value)) => Ok(self.layout.read_number(*column, value).map(to_si)),
             Some(Cell::Other(_, why)) => Err(format!("expected a number{why}")),
         }
     }

@@ -82,8 +82,15 @@ pub(super) struct Cells(BTreeMap<i64, Cell>);
 impl Cells {
     pub fn new(grid: Grid, mut numbers: Vec<f64>) -> Cells {
         numbers.sort_by(f64::total_cmp);
-        let each = numbers.into_iter();
-        Cells::default().with(each.map(|number| (grid.place(number), Cell::of_one(number))))
+        let mut last = (f64::NAN, 0);
+        let each = numbers.into_iter().map(|number| {
+            // equal numbers follow one another, and a place may cost a logarithm
+            if number != last.0 {
+                last = (number, grid.place(number));
+            }
+            (last.1, Cell::of_one(number))
+        });
+        Cells::default().with(each)
     }
 
     /// These with the numbers of others by their places.

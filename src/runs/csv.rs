@@ -143,7 +143,10 @@ impl<R: Read> Records<R> {
                 rows.problems.push(other_width(line, &record.cells, width, true));
                 continue;
             }
-            if let Some(cell) = record.cells.iter().find(|cell| holds_a_row(cell, separator, width)) {
+            // nearly every row has one line
+            let goes_on = memchr::memchr2(b'\n', b'\r', record.text.as_bytes()).is_some();
+            let mut cells = record.cells.iter().filter(|_| goes_on);
+            if let Some(cell) = cells.find(|cell| holds_a_row(cell, separator, width)) {
                 let found = quoted(cell.lines().next().unwrap_or_default());
                 let expected = "a cell without rows in it: is a quote not closed?";
                 rows.problems.push(bad_row(line, &found, expected));
@@ -161,12 +164,8 @@ impl<R: Read> Records<R> {
 /// Whether a line inside a quoted cell has as many cells as a row of so many: a quote that is not closed takes whole rows.
 fn holds_a_row(cell: &str, separator: u8, width: usize) -> bool {
     let cells_of = |line: &str| line.bytes().filter(|byte| *byte == separator).count() + 1;
-    // nearly every cell has one line
-    let first_end = memchr::memchr2(b'\n', b'\r', cell.as_bytes());
-    first_end.is_some_and(|end| {
-        let mut others = cell[end + 1..].split(['\n', '\r']);
-        others.any(|line| cells_of(line) >= width.max(2))
-    })
+    let mut others = cell.split(['\n', '\r']).skip(1);
+    others.any(|line| cells_of(line) >= width.max(2))
 }
 
 /// Says that a row has more or fewer cells than the header; in a text a cell may go on over the end of a line.

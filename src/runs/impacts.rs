@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::series::{Impacts, Runs, Series};
 use crate::physics::balance::Impact;
 use crate::physics::dry::speed_root;
@@ -18,7 +20,7 @@ impl Runs {
         let known = std::mem::take(&mut self.impacts.speed_root);
         let speed_root = match known.len() == self.len() {
             true => known,
-            false => self.impact_speed.iter().map(|speed| speed_root(*speed)).collect(),
+            false => self.impact_speed.par_iter().map(|speed| speed_root(*speed)).collect(),
         };
         let mut over_stokes = vec![0.0; self.len()];
         for series in &self.series {

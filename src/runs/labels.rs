@@ -80,6 +80,11 @@ impl NamesForAll {
     }
 }
 
+/// Whether a cell may be a label or a count: nearly every cell is a number or empty, which its first letter tells.
+pub(super) fn may_mark(cell: &str) -> bool {
+    cell.as_bytes().first().is_some_and(|first| !first.is_ascii_digit())
+}
+
 /// Whether a cell counts rows, as the `n = 12` below a column of names does.
 pub(super) fn is_count(cell: &str) -> bool {
     let cell = cell.trim().strip_prefix(['n', 'N', '#']).map(str::trim_start);

@@ -51,27 +51,27 @@ pub(super) fn drop_own_film_ratios(runs: &mut [ReadRun], name: &str, gap: f64) -
     /// rows of a nominal film ratio, on average, at least
     const ROWS: usize = 3;
     let wet: Vec<(&ReadRun, f64)> = with_film_ratio(runs).collect();
-    if wet.is_empty() {
-        return None;
-    }
     // of each particle
     let different = |of: &dyn Fn(&ReadRun, f64) -> f64| {
         let each = wet.iter().map(|(run, value)| (run.setting.particle, of(run, *value)));
         let mut each: Vec<(u32, f64)> = each.collect();
+        // neighbours mostly are equal
+        each.dedup();
         each.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         each.dedup();
         each
     };
     let values = different(&|_, value| value).len();
+    // the runs of one row are one film
+    let rows = wet.chunk_by(|a, b| a.0.row == b.0.row).count();
+    if rows >= ROWS_OF_MANY * values {
+        return None;
+    }
     let films = different(&|run, _| run.own_film_ratio());
     let groups = films
         .chunk_by(|less, more| less.0 == more.0 && more.1 - less.1 <= gap)
         .count();
-    // the runs of one row are one film
-    let mut rows: Vec<u32> = wet.iter().map(|(run, _)| run.row).collect();
-    rows.dedup();
-    let rows = rows.len();
-    let are_many = values >= FEWEST && values >= OF_GROUP * groups && rows < ROWS_OF_MANY * values;
+    let are_many = values >= FEWEST && values >= OF_GROUP * groups;
     // what is rounded has one value for several films
     let hides_films = are_many && films.len() >= 2 * values;
     if (rows < ROWS * values || hides_films) && wet.iter().all(|(run, value)| is_own(run, *value)) {

@@ -28,6 +28,8 @@ pub(super) struct Record<'r> {
     pub line: u64,
     /// with the blanks around them
     pub cells: Vec<&'r str>,
+    /// its cells one after the other
+    pub text: &'r str,
 }
 
 impl Record<'_> {
@@ -101,6 +103,7 @@ impl<R: Read> Records<R> {
         Ok(Some(Record {
             line: self.line,
             cells: cells.collect(),
+            text,
         }))
     }
 
@@ -114,7 +117,7 @@ impl<R: Read> Records<R> {
         loop {
             self.pass_line_ends()?;
             self.line = self.lines.line();
-            if !self.cut()? {
+            if !self.cut_plain() && !self.cut()? {
                 return Ok(false);
             }
             if self.width > 1 || !self.text[..self.length].trim_ascii().is_empty() {
@@ -134,6 +137,31 @@ impl<R: Read> Records<R> {
             self.lines.pass(&bytes[..blank]);
             self.source.consume(blank);
         }
+    }
+
+    /// Cuts the next record where it was fetched whole and has no quote, as nearly all; whether it does.
+    fn cut_plain(&mut self) -> bool {
+        let bytes = self.source.buffer();
+        let end = memchr::memchr3(b'\n', b'\r', b'"', bytes).filter(|end| bytes[*end] != b'"');
+        // the first is left to csv-core, which passes a second byte-order mark
+        let Some(end) = end.filter(|_| self.width > 0) else {
+            return false;
+        };
+        (self.length, self.width) = (0, 0);
+        self.text.resize(self.text.len().max(end), 0);
+        for cell in bytes[..end].split(|byte| *byte == self.separator) {
+            let start = self.length;
+            self.length += cell.len();
+            self.text[start..self.length].copy_from_slice(cell);
+            if self.width == self.ends.len() {
+                self.ends.resize(2 * self.width, 0);
+            }
+            self.ends[self.width] = self.length;
+            self.width += 1;
+        }
+        self.lines.pass(&bytes[..end]);
+        self.source.consume(end);
+        true
     }
 
     /// Cuts the next record, which may be blank; whether there is one.

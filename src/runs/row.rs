@@ -1,6 +1,6 @@
 //! Checks one run and says which of its cells is wrong.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::averaged::{mean_of, MeanOf};
 use super::columns::HeaderRemarks;
@@ -58,7 +58,7 @@ const NAMES: [&str; 2] = ["a name in [particles]", "a name in [liquids] or `dry`
 pub(super) struct RowChecker<'s> {
     pub scene: &'s Scene,
     /// of the names of particles and of liquids, whose columns come first in this order
-    places: [HashMap<&'s str, u32>; 2],
+    places: [BTreeMap<&'s str, u32>; 2],
     remarks: &'s HeaderRemarks,
     /// unknown names that may still be compared with every name of the scene: beyond, no message is printed
     to_compare: usize,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::classes::{Cells, DiameterClasses};
@@ -277,10 +278,14 @@ pub(super) struct ClassCells {
 impl ClassCells {
     pub fn of(runs: &[ReadRun], scene: &Scene) -> ClassCells {
         let has_film_ratio = runs.iter().any(|run| run.film_ratio.is_some());
-        let diameters = runs.iter().map(|run| run.setting.diameter);
+        let diameters = || runs.iter().map(|run| run.setting.diameter).collect();
+        let (diameters, films) = rayon::join(
+            || Cells::new(DiameterClasses::GRID, diameters()),
+            || FilmClasses::cells(runs, has_film_ratio, scene),
+        );
         ClassCells {
-            diameters: Cells::new(DiameterClasses::GRID, diameters.collect()),
-            films: FilmClasses::cells(runs, has_film_ratio, scene),
+            diameters,
+            films,
             has_film_ratio,
         }
     }
@@ -304,7 +309,7 @@ pub(super) fn arrange(read: Vec<ReadRun>, scene: &Scene) -> Runs {
 }
 
 /// The same of a part of the table whose classes are these.
-pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene) -> Runs {
+pub(super) fn arrange_part(read: Vec<ReadRun>, cells: &ClassCells, scene: &Scene) -> Runs {
     let diameters = DiameterClasses::new(&cells.diameters);
     let groups = FilmClasses::new(&cells.films, cells.has_film_ratio, scene);
     let by_diameter = scene.model.dry_k == DryKOf::Diameter;
@@ -321,14 +326,18 @@ pub(super) fn arrange_part(mut read: Vec<ReadRun>, cells: &ClassCells, scene: &S
     };
     let is_stuck = |run: &ReadRun| run.is_stuck(scene.data.smallest_restitution);
     // runs of one series stay in the order of the file
-    read.sort_by_cached_key(|run| (key(run), is_stuck(run)));
-    let mut spans: Vec<Span> = vec![];
-    for own in read.chunk_by(|a, b| key(a) == key(b)) {
-        let start = spans.last().map_or(0, |(_, [_, stuck])| stuck.end);
-        let turn = start + own.partition_point(|run| !is_stuck(run));
-        spans.push((key(&own[0]), [start..turn, turn..start + own.len()]));
+    let mut by_key: BTreeMap<Key, [Vec<&ReadRun>; 2]> = BTreeMap::new();
+    for run in &read {
+        by_key.entry(key(run)).or_default()[usize::from(is_stuck(run))].push(run);
     }
-    let column = |of: fn(&ReadRun) -> f64| read.iter().map(of).collect();
+    let mut spans: Vec<Span> = vec![];
+    for (key, [rebounds, stuck]) in &by_key {
+        let start = spans.last().map_or(0, |(_, [_, stuck])| stuck.end);
+        let turn = start + rebounds.len();
+        spans.push((*key, [start..turn, turn..turn + stuck.len()]));
+    }
+    let read: Vec<&ReadRun> = by_key.into_values().flatten().flatten().collect();
+    let column = |of: fn(&ReadRun) -> f64| read.par_iter().map(|run| of(run)).collect();
     let any_errs = read.iter().any(|run| run.errors != RunError::default());
     let mut runs = Runs {
         diameter: column(|run| run.setting.diameter),
