@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::left_out::{affordable_draws, largest_rhat, why_none_beside, ComparisonContext, LeftOutModel, Model};
+use super::left_out::{largest_rhat, why_none_beside, ComparisonContext, LeftOutModel, Model};
+use super::posterior::run_densities::affordable_draws;
 use super::posterior::{effort, Posterior, SamplingSetup};
 use super::remarks;
 use crate::error::Error;
@@ -164,7 +165,7 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         parameters: &own.sampled.parameters,
         stream: "leave out",
     };
-    let own_loo = match model.leave_out(&own.sampled, used) {
+    let own_loo = match model.leave_out(&own.sampled, used, own.run_densities(context.scene, runs)) {
         Ok(loo) => loo,
         Err(why) => {
             found.remarks.push(not_compared(own.setup.form, &why));

@@ -9,6 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::least_squares::LeastSquares;
+use super::posterior::run_densities::{affordable_draws, RunDensities, FEWEST_DRAWS};
 use super::posterior::{effort, start, why_not_sampled, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo, LooDraws, WithoutRun};
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -24,14 +25,8 @@ use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
 
-/// Log densities, runs times draws, that may be computed for one model.
-pub const MOST_DENSITIES: usize = 20_000_000;
-
 /// Runs up to which other models are drawn where the density of each is an integral: of more, all of them take minutes.
 const MOST_INTEGRATED: usize = 600;
-
-/// Fewer draws than this do not carry the weights.
-const FEWEST_DRAWS: usize = 400;
 
 /// Densities, draws a chain times runs, that a model beside the scene's own is judged by, and the draws that this may ask for:
 /// few runs make them cheap, and leave the Monte Carlo error large. Where each density is an integral it is the fewest.
@@ -70,12 +65,6 @@ pub(super) struct LeftOutModel {
     pub loo: Loo,
     /// by how many draws runs were left out
     pub used: usize,
-}
-
-/// How many of the draws can leave each run out; `None` for too many runs, few that stand for them, or without wet ones.
-pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
-    let used = draws.min(MOST_DENSITIES / runs.all_measured().max(1));
-    (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty() && runs.count.is_empty()).then_some(used)
 }
 
 /// Why no other model of these runs is drawn beside the scene's own, of which there are so many draws; `None` where they are.
@@ -163,25 +152,26 @@ impl Model<'_> {
         };
         let will_do = |sampled: &Sampled| {
             let used = affordable_draws(runs, sampled.draws());
-            used.is_some_and(|used| self.weigh_out(sampled, used).is_ok_and(|loo| is_far(&loo)))
+            used.is_some_and(|used| self.weigh_out(sampled, used, None).is_ok_and(|loo| is_far(&loo)))
         };
         let sampled = self.draw(runs, self.stream, will_do)?;
         let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-        let mut loo = self.weigh_out(&sampled, used)?;
+        let mut loo = self.weigh_out(&sampled, used, None)?;
         if !is_far(&loo) {
             loo = self.mend(loo, &sampled, used);
         }
         Ok(LeftOutModel { sampled, loo, used })
     }
 
-    /// PSIS leave-one-out by so many of its draws; `Err` says which run stands in the way.
-    pub fn leave_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
-        let loo = self.weigh_out(sampled, used)?;
+    /// PSIS leave-one-out by so many of its draws, at which the runs have these densities; `Err` says which run stands in the
+    /// way.
+    pub fn leave_out(&self, sampled: &Sampled, used: usize, held: Option<&RunDensities>) -> Result<Loo, String> {
+        let loo = self.weigh_out(sampled, used, held)?;
         Ok(self.mend(loo, sampled, used))
     }
 
     /// Each run left out by weights alone.
-    fn weigh_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+    fn weigh_out(&self, sampled: &Sampled, used: usize, held: Option<&RunDensities>) -> Result<Loo, String> {
         let units = Units::new(self.context.scene, self.context.runs, self.setup);
         let full = sampled.full_draws();
         let step = full.len().div_ceil(used).max(1);
@@ -190,7 +180,7 @@ impl Model<'_> {
             count: some.len(),
             r_eff: efficiency(sampled),
         };
-        units.leave_out(&some, draws)
+        units.leave_out(&some, draws, held)
     }
 
     /// Runs left out by weights, but a few that weigh too much by draws without them.
@@ -250,12 +240,18 @@ impl<'r> Units<'r> {
         }
     }
 
-    fn leave_out(&self, full: &[&[f64]], draws: LooDraws) -> Result<Loo, String> {
+    fn leave_out(&self, full: &[&[f64]], draws: LooDraws, held: Option<&RunDensities>) -> Result<Loo, String> {
         match self {
             Units::Runs(pointwise) => {
-                let some = pointwise.at_draws(full.to_vec());
-                let fill = |runs: Range<usize>, rows: &mut [f64]| some.ln_likelihoods(runs, rows);
-                let found = loo(pointwise.len(), draws, fill);
+                let found = match held {
+                    Some(held) => loo(pointwise.len(), draws, |runs, rows| {
+                        rows.copy_from_slice(held.rows(runs))
+                    }),
+                    None => {
+                        let some = pointwise.at_draws(full.to_vec());
+                        loo(pointwise.len(), draws, |runs, rows| some.ln_likelihoods(runs, rows))
+                    }
+                };
                 found.map_err(|run| format!("run {}: a draw is not finite", run + 1))
             }
             Units::Series(units) => leave_series_out(units, full, draws),
@@ -367,7 +363,7 @@ mod tests {
                 assert_eq!(drawn.method, Method::LaplacePsis);
                 let left_out = |sampled: &Sampled| {
                     let used = sampled.draws();
-                    model.mend(model.weigh_out(sampled, used).expect("finite"), sampled, used)
+                    model.mend(model.weigh_out(sampled, used, None).expect("finite"), sampled, used)
                 };
                 let weighed = left_out(&drawn);
                 let long = left_out(&followed(model, 3500));
@@ -423,7 +419,7 @@ mod tests {
                 count: used,
                 r_eff: 1.0,
             };
-            let plain = units.leave_out(&full, draws).expect("finite");
+            let plain = units.leave_out(&full, draws, None).expect("finite");
             let khat = plain.runs[run].khat.expect("a shape");
             assert!(khat > khat_threshold(used), "{khat}");
             let mended = model.mend(plain, &sampled, used);

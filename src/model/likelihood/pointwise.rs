@@ -253,7 +253,12 @@ impl Pointwise {
         let mut all = RunDensity::default();
         for (seen, sign) in SIGNS.iter().filter_map(|sign| Some((self.factor(run, *sign)?, *sign))) {
             let known = found.filter(|_| matches!(seen, Seen::Rebound(_)));
-            all.add(known.unwrap_or_else(|| at.density(noise, seen)), sign);
+            // a closure would not be inlined
+            let density = match known {
+                Some(known) => known,
+                None => at.density(noise, seen),
+            };
+            all.add(density, sign);
         }
         all
     }

@@ -10,7 +10,7 @@ use super::every_run::EveryRun;
 use super::zarr::{chunk_path, store, PART};
 use crate::error::Error;
 use crate::findings::compare::model_name;
-use crate::findings::left_out::MOST_DENSITIES;
+use crate::findings::posterior::run_densities::MOST_DENSITIES;
 use crate::findings::posterior::Posterior;
 use crate::inference::importance::DrawCounts;
 use crate::inference::nuts::Chain;
@@ -47,14 +47,14 @@ pub const STORE: &str = "draws/draws.zarr";
 /// Groups `posterior`, `sample_stats`, `log_prior` and `derived`; while all numbers of the runs are at most
 /// [`MOST_DENSITIES`], `observed_data` and `constant_data`; while runs times draws are, `log_likelihood` and
 /// `posterior_predictive` (new runs), to f32. Runs are in the order of the report.
-pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<'a>, Error> {
+pub fn files<'a>(input: ReportInput<'a>, posterior: &'a Posterior) -> Result<Files<'a>, Error> {
     let (scene, runs) = (input.scene, input.runs);
     let sampled = &posterior.sampled;
     let size = DrawCounts {
         chains: sampled.chains.len(),
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
     };
-    let every_run = || stores_every_run(runs, posterior).then(|| EveryRun::new(input, posterior));
+    let every_run = || EveryRun::new(input, posterior);
     let labels: Vec<String> = runs.spheres.iter().map(|sphere| sphere.label(scene)).collect();
     let series: Vec<String> = runs.series.iter().map(|series| series.label(scene)).collect();
     let rest = || {
@@ -203,7 +203,7 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawCounts) -> [Arr
 }
 
 /// The files of those numbers, pairs of the same draws.
-fn every_run_files(every_run: EveryRun, size: DrawCounts) -> Vec<Streamed<'static>> {
+fn every_run_files(every_run: EveryRun<'_>, size: DrawCounts) -> Vec<Streamed<'_>> {
     let every_run = Arc::new(every_run);
     let parts = (0..size.chains).flat_map(|chain| (0..size.draws.div_ceil(PART)).map(move |part| (chain, part)));
     let of_part = |(chain, part): (usize, usize)| {
