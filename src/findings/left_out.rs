@@ -94,7 +94,7 @@ pub(super) struct Model<'a> {
 
 impl Model<'_> {
     /// Draws of the model of these runs; a few rough ones where these `will_do`. `Err` says why it cannot be sampled.
-    pub fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
+    pub fn draw(&self, runs: &Runs, stream: &str, will_do: impl FnOnce(&Sampled) -> bool) -> Result<Sampled, String> {
         let (scene, least_squares) = (self.context.scene, self.context.least_squares);
         if let Some(why) = why_not_sampled(runs, least_squares, self.parameters) {
             return Err(why.text);
@@ -150,13 +150,16 @@ impl Model<'_> {
                 -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY))
             })
         };
-        let will_do = |sampled: &Sampled| {
-            let used = affordable_draws(runs, sampled.draws());
-            used.is_some_and(|used| self.weigh_out(sampled, used, None).is_ok_and(|loo| is_far(&loo)))
+        let weigh_out = |sampled: &Sampled| -> Result<(Loo, usize), String> {
+            let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
+            Ok((self.weigh_out(sampled, used, None)?, used))
         };
-        let sampled = self.draw(runs, self.stream, will_do)?;
-        let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-        let mut loo = self.weigh_out(&sampled, used, None)?;
+        let mut by_rough = None;
+        let sampled = self.draw(runs, self.stream, |rough| {
+            by_rough = weigh_out(rough).ok().filter(|(loo, _)| is_far(loo));
+            by_rough.is_some()
+        })?;
+        let (mut loo, used) = by_rough.map_or_else(|| weigh_out(&sampled), Ok)?;
         if !is_far(&loo) {
             loo = self.mend(loo, &sampled, used);
         }

@@ -34,11 +34,29 @@ impl PreparedPosterior {
         likelihood: &Likelihood,
         start: &Start,
     ) -> Result<PreparedPosterior, NoStart> {
-        let began = std::time::Instant::now();
         let starts = starts(&parameters, start);
+        PreparedPosterior::from_starts(parameters, likelihood, &starts)
+    }
+
+    /// The same, where the mode is known to lie near the start.
+    pub fn near(
+        parameters: ModelParameters,
+        likelihood: &Likelihood,
+        start: &Start,
+    ) -> Result<PreparedPosterior, NoStart> {
+        let [near, _] = starts(&parameters, start);
+        PreparedPosterior::from_starts(parameters, likelihood, &[near])
+    }
+
+    fn from_starts(
+        parameters: ModelParameters,
+        likelihood: &Likelihood,
+        starts: &[Vec<f64>],
+    ) -> Result<PreparedPosterior, NoStart> {
+        let began = std::time::Instant::now();
         let reference = parameters.full(&starts[0]);
         let posterior = PosteriorDensity::new(parameters, likelihood.clone()).with_offsets_about(&reference);
-        let about = highest(&posterior, &starts)?;
+        let about = highest(&posterior, starts)?;
         let (posterior, about) = about_the_mode(posterior, about)?;
         Ok(PreparedPosterior {
             posterior,
