@@ -5,7 +5,6 @@ use serde::Serialize;
 
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
 use super::left_out::{largest_rhat, why_none_beside, ComparisonContext, LeftOutModel, Model};
-use super::posterior::run_densities::affordable_draws;
 use super::posterior::{effort, Posterior, SamplingSetup};
 use super::remarks;
 use crate::error::Error;
@@ -145,19 +144,16 @@ pub(super) struct EvaluatedModel {
 pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: &[EvaluatedModel]) -> Comparison {
     let runs = context.runs;
     let mut found = Comparison::default();
-    let draws = own.sampled.draws();
-    let used = affordable_draws(runs, draws);
-    let why_none = why_none_beside(context.scene, runs, draws);
-    let Some(used) = used.filter(|_| why_none.is_none()) else {
+    if let Some(why_none) = why_none_beside(context.scene, runs, own.sampled.draws()) {
         found.remarks.push(if runs.series.is_empty() {
             let text = "no wet runs: there are no forms of the wet law to compare";
             remarks::COMPARE_LEFT_OUT.notice(1, text.to_owned()).then("nothing")
         } else {
-            let text = format!("forms of the law are not compared: {}", why_none.unwrap_or_default());
+            let text = format!("forms of the law are not compared: {why_none}");
             remarks::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
         });
         return found;
-    };
+    }
     // the scene's own is left out by its own draws, which a report writes
     let model = Model {
         context,
@@ -165,8 +161,8 @@ pub(super) fn compare_forms(context: ComparisonContext, own: &Posterior, known: 
         parameters: &own.sampled.parameters,
         stream: "leave out",
     };
-    let own_loo = match model.leave_out(&own.sampled, used, own.run_densities(context.scene, runs)) {
-        Ok(loo) => loo,
+    let (own_loo, used) = match model.leave_out(&own.sampled, own.run_densities(context.scene, runs)) {
+        Ok(left_out) => left_out,
         Err(why) => {
             found.remarks.push(not_compared(own.setup.form, &why));
             return found;

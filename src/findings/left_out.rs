@@ -150,31 +150,28 @@ impl Model<'_> {
                 -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY))
             })
         };
-        let weigh_out = |sampled: &Sampled| -> Result<(Loo, usize), String> {
-            let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-            Ok((self.weigh_out(sampled, used, None)?, used))
-        };
         let mut by_rough = None;
         let sampled = self.draw(runs, self.stream, |rough| {
-            by_rough = weigh_out(rough).ok().filter(|(loo, _)| is_far(loo));
+            by_rough = self.weigh_out(rough, None).ok().filter(|(loo, _)| is_far(loo));
             by_rough.is_some()
         })?;
-        let (mut loo, used) = by_rough.map_or_else(|| weigh_out(&sampled), Ok)?;
+        let (mut loo, used) = by_rough.map_or_else(|| self.weigh_out(&sampled, None), Ok)?;
         if !is_far(&loo) {
             loo = self.mend(loo, &sampled, used);
         }
         Ok(LeftOutModel { sampled, loo, used })
     }
 
-    /// PSIS leave-one-out by so many of its draws, at which the runs have these densities; `Err` says which run stands in the
-    /// way.
-    pub fn leave_out(&self, sampled: &Sampled, used: usize, held: Option<&RunDensities>) -> Result<Loo, String> {
-        let loo = self.weigh_out(sampled, used, held)?;
-        Ok(self.mend(loo, sampled, used))
+    /// PSIS leave-one-out by its draws, where the runs may have known densities, with how many could be used; `Err` says which
+    /// run stands in the way.
+    pub fn leave_out(&self, sampled: &Sampled, held: Option<&RunDensities>) -> Result<(Loo, usize), String> {
+        let (loo, used) = self.weigh_out(sampled, held)?;
+        Ok((self.mend(loo, sampled, used), used))
     }
 
     /// Each run left out by weights alone.
-    fn weigh_out(&self, sampled: &Sampled, used: usize, held: Option<&RunDensities>) -> Result<Loo, String> {
+    fn weigh_out(&self, sampled: &Sampled, held: Option<&RunDensities>) -> Result<(Loo, usize), String> {
+        let used = affordable_draws(self.context.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
         let units = Units::new(self.context.scene, self.context.runs, self.setup);
         let full = sampled.full_draws();
         let step = full.len().div_ceil(used).max(1);
@@ -183,7 +180,7 @@ impl Model<'_> {
             count: some.len(),
             r_eff: efficiency(sampled),
         };
-        units.leave_out(&some, draws, held)
+        Ok((units.leave_out(&some, draws, held)?, used))
     }
 
     /// Runs left out by weights, but a few that weigh too much by draws without them.
@@ -364,10 +361,7 @@ mod tests {
             with_model(&scene, &table, inertia, name, |model| {
                 let drawn = model.draw(&table.runs, name, |_| false).expect("draws");
                 assert_eq!(drawn.method, Method::LaplacePsis);
-                let left_out = |sampled: &Sampled| {
-                    let used = sampled.draws();
-                    model.mend(model.weigh_out(sampled, used, None).expect("finite"), sampled, used)
-                };
+                let left_out = |sampled: &Sampled| model.leave_out(sampled, None).expect("finite").0;
                 let weighed = left_out(&drawn);
                 let long = left_out(&followed(model, 3500));
                 let apart = difference(&weighed, &long).expect("the same runs");

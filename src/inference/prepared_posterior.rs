@@ -29,30 +29,18 @@ pub type Start = Vec<(ParameterKind, f64)>;
 
 impl PreparedPosterior {
     /// Prepares the posterior of these parameters under a likelihood.
-    pub fn new(
-        parameters: ModelParameters,
-        likelihood: &Likelihood,
-        start: &Start,
-    ) -> Result<PreparedPosterior, NoStart> {
+    pub fn new(parameters: ModelParameters, likelihood: &Likelihood, start: &Start) -> Result<Self, NoStart> {
         let starts = starts(&parameters, start);
-        PreparedPosterior::from_starts(parameters, likelihood, &starts)
+        Self::of_starts(parameters, likelihood, &starts)
     }
 
     /// The same, where the mode is known to lie near the start.
-    pub fn near(
-        parameters: ModelParameters,
-        likelihood: &Likelihood,
-        start: &Start,
-    ) -> Result<PreparedPosterior, NoStart> {
+    pub fn near(parameters: ModelParameters, likelihood: &Likelihood, start: &Start) -> Result<Self, NoStart> {
         let [near, _] = starts(&parameters, start);
-        PreparedPosterior::from_starts(parameters, likelihood, &[near])
+        Self::of_starts(parameters, likelihood, &[near])
     }
 
-    fn from_starts(
-        parameters: ModelParameters,
-        likelihood: &Likelihood,
-        starts: &[Vec<f64>],
-    ) -> Result<PreparedPosterior, NoStart> {
+    fn of_starts(parameters: ModelParameters, likelihood: &Likelihood, starts: &[Vec<f64>]) -> Result<Self, NoStart> {
         let began = std::time::Instant::now();
         let reference = parameters.full(&starts[0]);
         let posterior = PosteriorDensity::new(parameters, likelihood.clone()).with_offsets_about(&reference);

@@ -42,15 +42,14 @@ impl RunDensities {
             .div_ceil(affordable_draws(runs, sampled.draws())?)
             .max(1);
         let full = sampled.full_draws();
+        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
+        let draws = some.len();
         let pointwise = Pointwise::new(scene, runs, form);
-        let at = pointwise.at_draws(full.iter().step_by(step).map(Vec::as_slice).collect());
-        let draws = at.len();
+        let at = pointwise.at_draws(some);
         let mut rows = vec![0.0; runs.len() * draws];
-        let blocks = rows.par_chunks_mut((BLOCK * draws).max(1)).enumerate();
-        blocks.for_each(|(block, rows)| {
-            let first = block * BLOCK;
-            at.ln_likelihoods(first..runs.len().min(first + BLOCK), rows);
-        });
+        let firsts = (0..runs.len()).into_par_iter().step_by(BLOCK);
+        let blocks = rows.par_chunks_mut((BLOCK * draws).max(1)).zip(firsts);
+        blocks.for_each(|(rows, first)| at.ln_likelihoods(first..runs.len().min(first + BLOCK), rows));
         Some(RunDensities { step, draws, rows })
     }
 

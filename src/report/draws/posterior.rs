@@ -20,21 +20,16 @@ use crate::report::ReportInput;
 use crate::runs::Runs;
 use crate::scene::{Scene, DRY};
 
-/// Whether the likelihood of each run at each draw is stored, too.
+/// Whether the likelihood of each run at each draw is stored, too: not of few runs that stand for many.
 pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
-    stores(runs, posterior.sampled.draws())
+    runs.count.is_empty() && runs.len().saturating_mul(posterior.sampled.draws()) <= MOST_DENSITIES
 }
 
 /// Whether the runs themselves are stored, too.
 pub fn stores_runs(runs: &Runs) -> bool {
     /// index, restitution, whether it stuck, names of particle and liquid, diameter, film and speed
     const NUMBERS_OF_A_RUN: usize = 8;
-    stores(runs, NUMBERS_OF_A_RUN)
-}
-
-/// Whether so many numbers of each run are stored; few that stand for many never are.
-fn stores(runs: &Runs, numbers: usize) -> bool {
-    runs.count.is_empty() && runs.len().saturating_mul(numbers) <= MOST_DENSITIES
+    runs.count.is_empty() && runs.len() <= MOST_DENSITIES / NUMBERS_OF_A_RUN
 }
 
 /// Where the table of draws lies in a report's folder.
