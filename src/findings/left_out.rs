@@ -93,8 +93,13 @@ pub(super) struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// Draws of the model of these runs; a few rough ones where these `will_do`. `Err` says why it cannot be sampled.
-    pub fn draw(&self, runs: &Runs, stream: &str, will_do: impl FnOnce(&Sampled) -> bool) -> Result<Sampled, String> {
+    /// Draws of the model of these runs; a few rough ones where these may do and do. `Err` says why it cannot be sampled.
+    pub fn draw(
+        &self,
+        runs: &Runs,
+        stream: &str,
+        rough_do: Option<&mut dyn FnMut(&Sampled) -> bool>,
+    ) -> Result<Sampled, String> {
         let (scene, least_squares) = (self.context.scene, self.context.least_squares);
         if let Some(why) = why_not_sampled(runs, least_squares, self.parameters) {
             return Err(why.text);
@@ -110,7 +115,7 @@ impl Model<'_> {
         };
         let few = FEWEST_DRAWS.div_ceil(chains);
         let weighed = |draws: usize| sample_by_importance(&prepared, DrawCounts { chains, draws }, stream);
-        if let Some(rough) = weighed(few).filter(|rough| will_do(rough)) {
+        if let Some(rough) = rough_do.and_then(|rough_do| weighed(few).filter(|rough| rough_do(rough))) {
             return Ok(rough);
         }
         let line = khat_threshold(PROPOSED * chains * draws);
@@ -136,7 +141,7 @@ impl Model<'_> {
     /// Draws of the model of all runs but these, which keep their places among the spheres and series.
     pub fn draw_without(&self, left_out: &Range<usize>) -> Result<Sampled, String> {
         let stream = format!("{} without {}", self.stream, left_out.start + 1);
-        self.draw(&self.context.runs.without(left_out), &stream, |_| false)
+        self.draw(&self.context.runs.without(left_out), &stream, None)
     }
 
     /// Draws of the model of all runs, each of them left out; `Err` says why that cannot be done. One that falls far behind
@@ -151,10 +156,11 @@ impl Model<'_> {
             })
         };
         let mut by_rough = None;
-        let sampled = self.draw(runs, self.stream, |rough| {
+        let mut rough_do = |rough: &Sampled| {
             by_rough = self.weigh_out(rough, None).ok().filter(|(loo, _)| is_far(loo));
             by_rough.is_some()
-        })?;
+        };
+        let sampled = self.draw(runs, self.stream, Some(&mut rough_do))?;
         let (mut loo, used) = by_rough.map_or_else(|| self.weigh_out(&sampled, None), Ok)?;
         if !is_far(&loo) {
             loo = self.mend(loo, &sampled, used);
@@ -302,8 +308,8 @@ fn efficiency(sampled: &Sampled) -> f64 {
 
 /// The largest R-hat of the sampled parameters; `None` where no trajectories were followed.
 pub(super) fn largest_rhat(sampled: &Sampled) -> Option<f64> {
-    let each = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
-    each.filter(|_| sampled.method == Method::Nuts).reduce(f64::max)
+    let followed = sampled.values.iter().filter(|_| sampled.method == Method::Nuts);
+    followed.filter_map(|chains| summary_of(chains).rhat).reduce(f64::max)
 }
 
 #[cfg(test)]
@@ -359,7 +365,7 @@ mod tests {
         let (scene, table) = read_example(SCENE);
         for inertia in [Inertia::Saturating, Inertia::None] {
             with_model(&scene, &table, inertia, name, |model| {
-                let drawn = model.draw(&table.runs, name, |_| false).expect("draws");
+                let drawn = model.draw(&table.runs, name, None).expect("draws");
                 assert_eq!(drawn.method, Method::LaplacePsis);
                 let left_out = |sampled: &Sampled| model.leave_out(sampled, None).expect("finite").0;
                 let weighed = left_out(&drawn);
