@@ -412,11 +412,6 @@ impl EvaluatedLaw<'_> {
         self.pointwise.truncated
     }
 
-    /// A new draw of every run's restitution, as [`EvaluatedLaw::predict`] gives.
-    pub fn predictions<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<f64> {
-        (0..self.pointwise.len()).map(|run| self.predict(run, rng)).collect()
-    }
-
     /// A new draw of a run's restitution, as it would be measured; 0 where it would have stuck. Where stuck runs were not
     /// logged, of one that rebounds.
     pub fn predict<R: Rng + ?Sized>(&self, run: usize, rng: &mut R) -> f64 {

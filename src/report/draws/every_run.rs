@@ -66,8 +66,9 @@ impl<'p> EveryRun<'p> {
             for run in &self.informative {
                 likely.write_all(&single(self.densities.rows(*run..run + 1)[draw]))?;
             }
-            for restitution in at.predictions(&mut self.streams.at(draw as u64)) {
-                predicted.write_all(&single(restitution))?;
+            let rng = &mut self.streams.at(draw as u64);
+            for run in 0..self.pointwise.len() {
+                predicted.write_all(&single(at.predict(run, rng)))?;
             }
         }
         likely.flush()?;
