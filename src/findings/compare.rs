@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::form_choice::{is_gain, ln_prior_of_prefactor, Candidate, ChosenBy, InertiaChoice};
-use super::left_out::{affordable_draws, largest_rhat, why_none_beside, ComparisonContext, LeftOutModel, Model};
+use super::left_out::{largest_rhat, why_none_beside, ComparisonContext, LeftOutModel, Model};
 use super::posterior::{effort, Posterior, SamplingSetup};
 use super::remarks;
 use crate::error::Error;
@@ -139,19 +139,16 @@ pub(super) fn compare_forms(
     known: &[EvaluatedModel],
 ) -> (Vec<ComparedModel>, Vec<Remark>) {
     let runs = context.runs;
-    let draws = own.sampled.draws();
-    let used = affordable_draws(runs, draws);
-    let why_none = why_none_beside(context.scene, runs, draws);
-    let Some(used) = used.filter(|_| why_none.is_none()) else {
+    if let Some(why_none) = why_none_beside(context.scene, runs, own.sampled.draws()) {
         let left_out = if runs.series.is_empty() {
             let text = "no wet runs: there are no forms of the wet law to compare";
             remarks::COMPARE_LEFT_OUT.notice(1, text.to_owned()).then("nothing")
         } else {
-            let text = format!("forms of the law are not compared: {}", why_none.unwrap_or_default());
+            let text = format!("forms of the law are not compared: {why_none}");
             remarks::COMPARE_LEFT_OUT.notice(1, text).at(Level::Cautions)
         };
         return (vec![], vec![left_out]);
-    };
+    }
     // the scene's own is left out by its own draws, which a report writes
     let model = Model {
         context,
@@ -159,8 +156,8 @@ pub(super) fn compare_forms(
         parameters: &own.sampled.parameters,
         stream: "leave out",
     };
-    let own_loo = match model.leave_out(&own.sampled, used) {
-        Ok(loo) => loo,
+    let (own_loo, used) = match model.leave_out(&own.sampled, own.run_densities(context.scene, runs)) {
+        Ok(left_out) => left_out,
         Err(why) => return (vec![], vec![not_compared(own.setup.form, &why)]),
     };
     let why_no_roughness = context.scene.why_no_roughness(runs.wet_particles());

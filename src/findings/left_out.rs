@@ -9,6 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::least_squares::LeastSquares;
+use super::posterior::run_densities::{affordable_draws, RunDensities, FEWEST_DRAWS};
 use super::posterior::{effort, start, why_not_sampled, SamplingSetup};
 use crate::inference::diagnostics::loo::{difference, loo, relative_efficiency, Loo, LooDraws, WithoutRun};
 use crate::inference::diagnostics::pareto::khat_threshold;
@@ -24,14 +25,8 @@ use crate::runs::Runs;
 use crate::scene::Scene;
 use crate::seed::StreamName;
 
-/// Log densities, runs times draws, that may be computed for one model.
-pub const MOST_DENSITIES: usize = 20_000_000;
-
 /// Runs up to which other models are drawn where the density of each is an integral: of more, all of them take minutes.
 const MOST_INTEGRATED: usize = 600;
-
-/// Fewer draws than this do not carry the weights.
-const FEWEST_DRAWS: usize = 400;
 
 /// Densities, draws a chain times runs, that a model beside the scene's own is judged by, and the draws that this may ask for:
 /// few runs make them cheap, and leave the Monte Carlo error large. Where each density is an integral it is the fewest.
@@ -72,12 +67,6 @@ pub(super) struct LeftOutModel {
     pub used: usize,
 }
 
-/// How many of the draws can leave each run out; `None` for too many runs, few that stand for them, or without wet ones.
-pub(super) fn affordable_draws(runs: &Runs, draws: usize) -> Option<usize> {
-    let used = draws.min(MOST_DENSITIES / runs.all_measured().max(1));
-    (used >= FEWEST_DRAWS.min(draws) && !runs.series.is_empty() && runs.count.is_empty()).then_some(used)
-}
-
 /// Why no other model of these runs is drawn beside the scene's own, of which there are so many draws; `None` where they are.
 pub(super) fn why_none_beside(scene: &Scene, runs: &Runs, draws: usize) -> Option<String> {
     let all = runs.all_measured();
@@ -104,8 +93,13 @@ pub(super) struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// Draws of the model of these runs; a few rough ones where these `will_do`. `Err` says why it cannot be sampled.
-    pub fn draw(&self, runs: &Runs, stream: &str, will_do: impl Fn(&Sampled) -> bool) -> Result<Sampled, String> {
+    /// Draws of the model of these runs; a few rough ones where these may do and do. `Err` says why it cannot be sampled.
+    pub fn draw(
+        &self,
+        runs: &Runs,
+        stream: &str,
+        rough_do: Option<&mut dyn FnMut(&Sampled) -> bool>,
+    ) -> Result<Sampled, String> {
         let (scene, least_squares) = (self.context.scene, self.context.least_squares);
         if let Some(why) = why_not_sampled(runs, least_squares, self.parameters) {
             return Err(why.text);
@@ -121,7 +115,7 @@ impl Model<'_> {
         };
         let few = FEWEST_DRAWS.div_ceil(chains);
         let weighed = |draws: usize| sample_by_importance(&prepared, DrawCounts { chains, draws }, stream);
-        if let Some(rough) = weighed(few).filter(|rough| will_do(rough)) {
+        if let Some(rough) = rough_do.and_then(|rough_do| weighed(few).filter(|rough| rough_do(rough))) {
             return Ok(rough);
         }
         let line = khat_threshold(PROPOSED * chains * draws);
@@ -147,7 +141,7 @@ impl Model<'_> {
     /// Draws of the model of all runs but these, which keep their places among the spheres and series.
     pub fn draw_without(&self, left_out: &Range<usize>) -> Result<Sampled, String> {
         let stream = format!("{} without {}", self.stream, left_out.start + 1);
-        self.draw(&self.context.runs.without(left_out), &stream, |_| false)
+        self.draw(&self.context.runs.without(left_out), &stream, None)
     }
 
     /// Draws of the model of all runs, each of them left out; `Err` says why that cannot be done. One that falls far behind
@@ -161,27 +155,29 @@ impl Model<'_> {
                 -apart.value > FAR_BEHIND.max(FAR_BEHIND_IN_SE * apart.se.unwrap_or(f64::INFINITY))
             })
         };
-        let will_do = |sampled: &Sampled| {
-            let used = affordable_draws(runs, sampled.draws());
-            used.is_some_and(|used| self.weigh_out(sampled, used).is_ok_and(|loo| is_far(&loo)))
+        let mut by_rough = None;
+        let mut rough_do = |rough: &Sampled| {
+            by_rough = self.weigh_out(rough, None).ok().filter(|(loo, _)| is_far(loo));
+            by_rough.is_some()
         };
-        let sampled = self.draw(runs, self.stream, will_do)?;
-        let used = affordable_draws(runs, sampled.draws()).ok_or("too many runs to leave each out")?;
-        let mut loo = self.weigh_out(&sampled, used)?;
+        let sampled = self.draw(runs, self.stream, Some(&mut rough_do))?;
+        let (mut loo, used) = by_rough.map_or_else(|| self.weigh_out(&sampled, None), Ok)?;
         if !is_far(&loo) {
             loo = self.mend(loo, &sampled, used);
         }
         Ok(LeftOutModel { sampled, loo, used })
     }
 
-    /// PSIS leave-one-out by so many of its draws; `Err` says which run stands in the way.
-    pub fn leave_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
-        let loo = self.weigh_out(sampled, used)?;
-        Ok(self.mend(loo, sampled, used))
+    /// PSIS leave-one-out by its draws, where the runs may have known densities, with how many could be used; `Err` says which
+    /// run stands in the way.
+    pub fn leave_out(&self, sampled: &Sampled, held: Option<&RunDensities>) -> Result<(Loo, usize), String> {
+        let (loo, used) = self.weigh_out(sampled, held)?;
+        Ok((self.mend(loo, sampled, used), used))
     }
 
     /// Each run left out by weights alone.
-    fn weigh_out(&self, sampled: &Sampled, used: usize) -> Result<Loo, String> {
+    fn weigh_out(&self, sampled: &Sampled, held: Option<&RunDensities>) -> Result<(Loo, usize), String> {
+        let used = affordable_draws(self.context.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
         let units = Units::new(self.context.scene, self.context.runs, self.setup);
         let full = sampled.full_draws();
         let step = full.len().div_ceil(used).max(1);
@@ -190,7 +186,7 @@ impl Model<'_> {
             count: some.len(),
             r_eff: efficiency(sampled),
         };
-        units.leave_out(&some, draws)
+        Ok((units.leave_out(&some, draws, held)?, used))
     }
 
     /// Runs left out by weights, but a few that weigh too much by draws without them.
@@ -250,12 +246,18 @@ impl<'r> Units<'r> {
         }
     }
 
-    fn leave_out(&self, full: &[&[f64]], draws: LooDraws) -> Result<Loo, String> {
+    fn leave_out(&self, full: &[&[f64]], draws: LooDraws, held: Option<&RunDensities>) -> Result<Loo, String> {
         match self {
             Units::Runs(pointwise) => {
-                let some = pointwise.at_draws(full.to_vec());
-                let fill = |runs: Range<usize>, rows: &mut [f64]| some.ln_likelihoods(runs, rows);
-                let found = loo(pointwise.len(), draws, fill);
+                let found = match held {
+                    Some(held) => loo(pointwise.len(), draws, |runs, rows| {
+                        rows.copy_from_slice(held.rows(runs))
+                    }),
+                    None => {
+                        let some = pointwise.at_draws(full.to_vec());
+                        loo(pointwise.len(), draws, |runs, rows| some.ln_likelihoods(runs, rows))
+                    }
+                };
                 found.map_err(|run| format!("run {}: a draw is not finite", run + 1))
             }
             Units::Series(units) => leave_series_out(units, full, draws),
@@ -306,8 +308,8 @@ fn efficiency(sampled: &Sampled) -> f64 {
 
 /// The largest R-hat of the sampled parameters; `None` where no trajectories were followed.
 pub(super) fn largest_rhat(sampled: &Sampled) -> Option<f64> {
-    let each = sampled.values.iter().filter_map(|chains| summary_of(chains).rhat);
-    each.filter(|_| sampled.method == Method::Nuts).reduce(f64::max)
+    let followed = sampled.values.iter().filter(|_| sampled.method == Method::Nuts);
+    followed.filter_map(|chains| summary_of(chains).rhat).reduce(f64::max)
 }
 
 #[cfg(test)]
@@ -363,12 +365,9 @@ mod tests {
         let (scene, table) = read_example(SCENE);
         for inertia in [Inertia::Saturating, Inertia::None] {
             with_model(&scene, &table, inertia, name, |model| {
-                let drawn = model.draw(&table.runs, name, |_| false).expect("draws");
+                let drawn = model.draw(&table.runs, name, None).expect("draws");
                 assert_eq!(drawn.method, Method::LaplacePsis);
-                let left_out = |sampled: &Sampled| {
-                    let used = sampled.draws();
-                    model.mend(model.weigh_out(sampled, used).expect("finite"), sampled, used)
-                };
+                let left_out = |sampled: &Sampled| model.leave_out(sampled, None).expect("finite").0;
                 let weighed = left_out(&drawn);
                 let long = left_out(&followed(model, 3500));
                 let apart = difference(&weighed, &long).expect("the same runs");
@@ -423,7 +422,7 @@ mod tests {
                 count: used,
                 r_eff: 1.0,
             };
-            let plain = units.leave_out(&full, draws).expect("finite");
+            let plain = units.leave_out(&full, draws, None).expect("finite");
             let khat = plain.runs[run].khat.expect("a shape");
             assert!(khat > khat_threshold(used), "{khat}");
             let mended = model.mend(plain, &sampled, used);

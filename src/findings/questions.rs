@@ -311,7 +311,7 @@ impl TrendModel<'_> {
             parameters: &parameters,
             stream: &stream,
         };
-        let bent = model.draw(self.runs, &stream, |_| false)?;
+        let bent = model.draw(self.runs, &stream, None)?;
         let trend = self.trend(&bent).ok_or("the trend has no draws")?;
         let doubt = largest_rhat(&bent).filter(|rhat| *rhat > RHAT).map(|rhat| {
             let name = format!("{}+{}", model_name(setup.form), self.trend.key());

@@ -1,19 +1,17 @@
 //! Names the single runs that carry a main number: left out, they move it by more than one of its ±.
 //!
 //! A square-root law is fitted anew without each run. A run is left out of the posterior by the weights 1/p(run | draw) of
-//! its draws, smoothed; where their tail is too heavy for that, by draws of the posterior without it. Where each density is
-//! an integral a few draws say first which runs these may be.
+//! its draws, smoothed; where their tail is too heavy for that, by draws of the posterior without it.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
-use std::ops::Range;
 
 use rayon::prelude::*;
 
 use super::estimate::{Estimate, Quoting};
 use super::estimates::EstimateRow;
 use super::fit_verdict::{uncertain, why_stopped, NO_FALL};
-use super::left_out::{affordable_draws, ComparisonContext, Model};
+use super::left_out::{ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
 use super::moved::{Moved, Told};
 use super::posterior::{derived, Posterior};
@@ -25,7 +23,6 @@ use super::wet_fit::{two, FitSetup, WetRuns};
 use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::sampling::Sampled;
-use crate::model::likelihood::pointwise::{AtDraws, Pointwise};
 use crate::physics::quantity::{Place, Quantity};
 use crate::remark::Remark;
 use crate::rounding::{by_number, short};
@@ -35,15 +32,8 @@ use crate::scene::{Scene, WetLaw};
 /// Share of its ± beyond which a main number may not move unsaid when one run is left out.
 const CARRIED: f64 = 1.0;
 
-/// Log densities, runs times draws, that are computed for this; fewer where each is an integral.
-const MOST_DENSITIES: usize = 4_000_000;
-const MOST_INTEGRALS: usize = 200_000;
-
-/// Draws that leave a run out at least; of more runs than these allow none carries a number by itself.
-const FEWEST_DRAWS: usize = 400;
-
-/// Runs whose densities are asked for together: they share what a draw says of their film.
-const BLOCK: usize = 16;
+/// Of more runs none carries a number of the posterior by itself.
+const MOST_RUNS: usize = 10_000;
 
 /// Runs that are left out by draws of their own, the heaviest first.
 const MOST_DRAWN: usize = 4;
@@ -67,14 +57,6 @@ impl SingleRun {
     }
 }
 
-/// Draws of a posterior, with its main numbers at each.
-struct Draws<'p> {
-    at: AtDraws<'p>,
-    numbers: Vec<Number>,
-    /// their means and sds
-    told: Vec<Told>,
-}
-
 /// A run left out by the weights of draws.
 struct LeftOut {
     /// the shape of their tail
@@ -82,83 +64,35 @@ struct LeftOut {
     found: SingleRun,
 }
 
-impl Draws<'_> {
-    /// The shape up to which their weights are trusted.
-    fn line(&self) -> f64 {
-        khat_threshold(self.at.len())
-    }
-
-    /// Each of some runs left out, but for those that can move no number far.
-    fn without_each(&self, runs: Range<usize>) -> Vec<LeftOut> {
-        let count = self.at.len();
-        let mut rows = vec![0.0; runs.len() * count];
-        self.at.ln_likelihoods(runs.clone(), &mut rows);
-        let each = runs.zip(rows.chunks_exact_mut(count));
-        each.filter_map(|(run, row)| self.without(run, row)).collect()
-    }
-
-    /// The same of one run, from its log density at each draw.
-    fn without(&self, run: usize, row: &mut [f64]) -> Option<LeftOut> {
-        /// log densities that differ by less leave every weight within a hundredth of the others, whatever their shape
-        const EVEN: f64 = 0.01;
-        let count = row.len();
-        let [least, most] = [f64::min, f64::max].map(|of| row.iter().copied().reduce(of).unwrap_or(0.0));
-        if most - least < EVEN {
-            return None;
-        }
-        row.iter_mut().for_each(|ln| *ln = -*ln);
-        let smoothed = psis(row, tail_length(count, 1.0))?;
-        let weights = smoothed.weights;
-        let khat = smoothed.khat.unwrap_or(0.0);
-        // no mean moves by more of its sds than the weights spread about theirs
-        let [mean, sd] = moments(&weights, None);
-        if sd <= CARRIED * mean && khat <= self.line() {
-            return None;
-        }
-        let found = heaviest(run, &self.told, &told(&self.numbers, Some(weights.as_slice())))?;
-        Some(LeftOut { khat, found })
-    }
-}
-
 /// The runs without which a main number of the posterior moves by more than one of its ±, the heaviest first.
 pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior) -> Vec<SingleRun> {
     let ComparisonContext { scene, runs, .. } = context;
-    let form = posterior.setup.form;
-    let pointwise = Pointwise::new(scene, runs, form);
-    let most = match pointwise.is_integrated() {
-        true => MOST_INTEGRALS,
-        false => MOST_DENSITIES,
-    };
-    let all = posterior.sampled.draws();
-    let used = affordable_draws(runs, all).map(|used| used.min((most / pointwise.len().max(1)).max(FEWEST_DRAWS)));
-    let Some(used) = used.filter(|_| pointwise.len() <= MOST_DENSITIES / FEWEST_DRAWS) else {
+    let are_few = !runs.series.is_empty() && runs.len() <= MOST_RUNS;
+    let densities = are_few.then(|| posterior.run_densities(scene, runs));
+    let Some(densities) = densities.flatten() else {
         return vec![];
     };
-    let full = posterior.sampled.full_draws();
-    let step = all.div_ceil(used.max(1)).max(1);
-    let draws = |step: usize| {
-        let some: Vec<&[f64]> = full.iter().step_by(step).map(Vec::as_slice).collect();
-        let numbers = numbers_of(&posterior.sampled, &posterior.derived, step);
-        Draws {
-            at: pointwise.at_draws(some),
-            told: told(&numbers, None),
-            numbers,
+    let line = khat_threshold(densities.draws);
+    let numbers = numbers_of(&posterior.sampled, &posterior.derived, densities.step);
+    let with = told(&numbers, None);
+    let without = |run: usize| {
+        // weights that lie within exp(±s) of one another spread by at most sinh s of their mean, and no mean of a number moves
+        // by more of its sds than that
+        if (0.5 * densities.spread(run)).sinh() <= CARRIED {
+            return None;
         }
+        let ln_ratios: Vec<f64> = densities.rows(run..run + 1).iter().map(|ln| -ln).collect();
+        let smoothed = psis(&ln_ratios, tail_length(densities.draws, 1.0))?;
+        let khat = smoothed.khat.unwrap_or(0.0);
+        let [mean, sd] = moments(&smoothed.weights, None);
+        if sd <= CARRIED * mean && khat <= line {
+            return None;
+        }
+        let found = heaviest(run, &with, &told(&numbers, Some(&smoothed.weights)))?;
+        Some(LeftOut { khat, found })
     };
-    let some = draws(step);
-    let blocks = (0..pointwise.len()).into_par_iter().step_by(BLOCK);
-    let of_block = |first: usize| some.without_each(first..pointwise.len().min(first + BLOCK));
-    let mut each: Vec<LeftOut> = blocks.flat_map_iter(of_block).collect();
-    // of those that some draws cannot leave out, all draws may
+    let mut each: Vec<LeftOut> = (0..runs.len()).into_par_iter().filter_map(without).collect();
     each.sort_by(|a, b| b.khat.total_cmp(&a.khat));
-    let heavy = each.partition_point(|own| own.khat > some.line());
-    if step > 1 && heavy > 0 {
-        let all = draws(1);
-        let again: Vec<usize> = each.drain(..heavy).map(|own| own.found.run).collect();
-        each.extend(again.into_iter().flat_map(|run| all.without_each(run..run + 1)));
-        each.sort_by(|a, b| b.khat.total_cmp(&a.khat));
-    }
-    let line = khat_threshold(all);
     let model = Model {
         context,
         setup: posterior.setup,
@@ -170,9 +104,9 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
         let Ok(others) = model.draw_without(&(run..run + 1)) else {
             continue;
         };
-        let derived = derived::derived_draws(scene, runs, form, &others);
+        let derived = derived::derived_draws(scene, runs, posterior.setup.form, &others);
         let others = told(&numbers_of(&others, &derived, 1), None);
-        if let Some(better) = heaviest(run, &some.told, &others) {
+        if let Some(better) = heaviest(run, &with, &others) {
             *found = better;
         }
     }

@@ -318,7 +318,7 @@ fn about_the_mode(scene: &Scene, runs: &Runs, own: &Posterior) -> Result<Option<
     let parameters = ModelParameters::of(scene, runs, form)?;
     let found = own.sampled.parameters.sampled.iter().zip(&own.findings.parameters);
     let start = found.filter_map(|(own, found)| Some((own.kind, found.mean?))).collect();
-    let prepared = PreparedPosterior::new(parameters, &likelihood, &start).ok();
+    let prepared = PreparedPosterior::near(parameters, &likelihood, &start).ok();
     Ok(prepared.filter(|prepared| prepared.about.is_at_peak()).map(|prepared| {
         let pairs = sample_about_the_mode(&prepared);
         let derived = derived_draws(scene, runs, form, &pairs);

@@ -29,16 +29,22 @@ pub type Start = Vec<(ParameterKind, f64)>;
 
 impl PreparedPosterior {
     /// Prepares the posterior of these parameters under a likelihood.
-    pub fn new(
-        parameters: ModelParameters,
-        likelihood: &Likelihood,
-        start: &Start,
-    ) -> Result<PreparedPosterior, NoStart> {
-        let began = std::time::Instant::now();
+    pub fn new(parameters: ModelParameters, likelihood: &Likelihood, start: &Start) -> Result<Self, NoStart> {
         let starts = starts(&parameters, start);
+        Self::of_starts(parameters, likelihood, &starts)
+    }
+
+    /// The same, where the mode is known to lie near the start.
+    pub fn near(parameters: ModelParameters, likelihood: &Likelihood, start: &Start) -> Result<Self, NoStart> {
+        let [near, _] = starts(&parameters, start);
+        Self::of_starts(parameters, likelihood, &[near])
+    }
+
+    fn of_starts(parameters: ModelParameters, likelihood: &Likelihood, starts: &[Vec<f64>]) -> Result<Self, NoStart> {
+        let began = std::time::Instant::now();
         let reference = parameters.full(&starts[0]);
         let posterior = PosteriorDensity::new(parameters, likelihood.clone()).with_offsets_about(&reference);
-        let about = highest(&posterior, &starts)?;
+        let about = highest(&posterior, starts)?;
         let (posterior, about) = about_the_mode(posterior, about)?;
         Ok(PreparedPosterior {
             posterior,

@@ -18,6 +18,7 @@ use serde::Serialize;
 use super::remarks;
 use crate::inference::bootstrap::sandwich::{sandwich, sandwich_of_sample, Sandwich};
 use crate::inference::bootstrap::{Plan, Target};
+use crate::physics::dry::speed_root;
 use crate::physics::quantity::{Place, Quantity};
 use crate::remark::Remark;
 use crate::runs::Runs;
@@ -156,7 +157,8 @@ pub fn add_bootstrap_intervals(
 /// Every estimate of a fit with numbers that replicates give an interval, with its quantity; fits are numbered as by
 /// [`Division::fits`].
 fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: &[Option<Target>]) -> Vec<Task<'e>> {
-    let (order, reference) = (scene.model.form().dry, scene.model.dry_speed.reference());
+    let order = scene.model.form().dry;
+    let root = speed_root(scene.model.dry_speed.reference());
     let spheres: Vec<usize> = estimates.dry.iter().map(|fitted| fitted.sphere).collect();
     let mut tasks: Vec<Task> = vec![];
     let mut numbers = 0..targets.len();
@@ -187,7 +189,7 @@ fn tasks<'e>(scene: &Scene, runs: &Runs, estimates: &'e mut Estimates, targets: 
                 continue;
             }
             let value = move |parameters, k| {
-                let wetted = over.wetted(parameters).with_e_dry(order.restitution(k, reference));
+                let wetted = over.wetted(parameters).with_e_dry(order.of_loss(k * root)[0]);
                 quantity.value(&at, &wetted)
             };
             let mut own = Task::new(estimate, fit, value);

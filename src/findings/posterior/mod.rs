@@ -5,6 +5,7 @@
 //! | `sampling.rs` | what is sampled and how |
 //! | `runs_alone.rs` | what the runs alone say of each parameter, beside the scene's priors |
 //! | `summary.rs` | the summary of each parameter, of what follows and of the offsets that series have, as `findings.json` writes it |
+//! | `run_densities.rs` | the log density of every run at the draws |
 //! | `contraction.rs` | the parameters that keep much of their prior |
 //! | `derived.rs` | what follows from the parameters, draw by draw |
 //! | `predictive_checks.rs` | posterior predictive checks: new runs beside the ones made |
@@ -14,9 +15,12 @@ pub(super) mod contraction;
 pub mod derived;
 pub(super) mod posterior_checks;
 pub mod predictive_checks;
+pub mod run_densities;
 mod runs_alone;
 mod sampling;
 mod summary;
+
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
@@ -38,6 +42,7 @@ use crate::runs::Runs;
 use crate::scene::{NoiseOn, Scene};
 use crate::seed::StreamName;
 use derived::DerivedDraws;
+use run_densities::RunDensities;
 use runs_alone::UnderDefaults;
 use summary::summarise_posterior;
 
@@ -64,6 +69,7 @@ pub struct Posterior {
     pub scene: Option<Box<Scene>>,
     /// the posterior of the scene that was given, where this one stands for it
     pub as_given: Option<Box<Posterior>>,
+    densities: OnceLock<Option<RunDensities>>,
 }
 
 impl Posterior {
@@ -77,6 +83,13 @@ impl Posterior {
     pub fn prior_conflict(&self) -> Option<&Remark> {
         let is_conflict = |check: &&Remark| remarks::PRIOR_CONFLICT.is(check) && !check.passed;
         self.checks.iter().find(is_conflict)
+    }
+
+    /// The log density of every run under the scene it was sampled from, made where it is first asked for; `None` of too many
+    /// runs.
+    pub fn run_densities(&self, scene: &Scene, runs: &Runs) -> Option<&RunDensities> {
+        let made = || RunDensities::of(scene, runs, self.setup.form, &self.sampled);
+        self.densities.get_or_init(made).as_ref()
     }
 
     /// The law of a sphere, by its index, by at most so many draws, evenly taken; of a new series, where series have offsets.
@@ -222,6 +235,7 @@ pub fn fit_posterior(
         checks,
         scene: None,
         as_given: None,
+        densities: OnceLock::new(),
     }))
 }
 

@@ -253,7 +253,12 @@ impl Pointwise {
         let mut all = RunDensity::default();
         for (seen, sign) in SIGNS.iter().filter_map(|sign| Some((self.factor(run, *sign)?, *sign))) {
             let known = found.filter(|_| matches!(seen, Seen::Rebound(_)));
-            all.add(known.unwrap_or_else(|| at.density(noise, seen)), sign);
+            // a closure would not be inlined
+            let density = match known {
+                Some(known) => known,
+                None => at.density(noise, seen),
+            };
+            all.add(density, sign);
         }
         all
     }
@@ -405,11 +410,6 @@ impl EvaluatedLaw<'_> {
     /// Whether runs that stuck were not logged.
     pub fn is_truncated(&self) -> bool {
         self.pointwise.truncated
-    }
-
-    /// A new draw of every run's restitution, as [`EvaluatedLaw::predict`] gives.
-    pub fn predictions<R: Rng + ?Sized>(&self, rng: &mut R) -> Vec<f64> {
-        (0..self.pointwise.len()).map(|run| self.predict(run, rng)).collect()
     }
 
     /// A new draw of a run's restitution, as it would be measured; 0 where it would have stuck. Where stuck runs were not

@@ -1,11 +1,11 @@
-//! Makes the log likelihood of every run and a new draw of it, at every draw of a chain, while they are written.
+//! Writes the log likelihood of every run and a new draw of it, at every draw of a chain.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 
-use rayon::prelude::*;
-
+use super::posterior::stores_every_run;
+use crate::findings::posterior::run_densities::RunDensities;
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
 use crate::model::likelihood::pointwise::Pointwise;
@@ -15,29 +15,36 @@ use crate::seed::Streams;
 /// Bytes written at once: they are still near the processor, and the system is asked seldom.
 const BLOCK: usize = 1 << 16;
 
-/// The law at every draw, ready for every run. Runs times draws are too many numbers to hold.
+/// The law at every draw, ready for every run: new ones are drawn while they are written.
 #[derive(Debug)]
-pub(super) struct EveryRun {
+pub(super) struct EveryRun<'p> {
     pointwise: Pointwise,
     /// parameters of each draw, chain after chain
     full: Vec<Vec<f64>>,
-    /// the runs whose log likelihood is written, see [`informative`]
+    densities: &'p RunDensities,
+    /// the runs whose log likelihood is written: not those that are as likely under every draw.
+    ///
+    /// One that stuck for certain has a log likelihood of 0 whatever the parameters: it adds nothing to any sum, and ArviZ's
+    /// LOO refuses the whole for it.
     pub informative: Vec<usize>,
     streams: Streams,
 }
 
-impl EveryRun {
-    pub fn new(input: ReportInput, posterior: &Posterior) -> EveryRun {
-        let form = posterior.setup.form;
-        let pointwise = Pointwise::new(input.scene, input.runs, form);
-        let full = posterior.sampled.full_draws();
-        let informative = informative(&pointwise, &full);
-        EveryRun {
-            informative,
+impl<'p> EveryRun<'p> {
+    /// `None` where runs times draws are too many to store.
+    pub fn new(input: ReportInput, posterior: &'p Posterior) -> Option<EveryRun<'p>> {
+        let densities =
+            stores_every_run(input.runs, posterior).then(|| posterior.run_densities(input.scene, input.runs));
+        let densities = densities.flatten()?;
+        let pointwise = Pointwise::new(input.scene, input.runs, posterior.setup.form);
+        let differs = |run: &usize| !pointwise.is_stuck(*run) || densities.spread(*run) > SAME;
+        Some(EveryRun {
+            informative: (0..pointwise.len()).filter(differs).collect(),
+            densities,
             pointwise,
-            full,
+            full: posterior.sampled.full_draws(),
             streams: Streams::new(input.findings.seed, "posterior_predictive"),
-        }
+        })
     }
 
     /// Writes some draws one after another, the runs of each as they come: log likelihoods to one file, new runs to
@@ -57,10 +64,11 @@ impl EveryRun {
         for draw in draws {
             let at = self.pointwise.at(&self.full[draw]);
             for run in &self.informative {
-                likely.write_all(&single(at.ln_likelihood(*run)))?;
+                likely.write_all(&single(self.densities.rows(*run..run + 1)[draw]))?;
             }
-            for restitution in at.predictions(&mut self.streams.at(draw as u64)) {
-                predicted.write_all(&single(restitution))?;
+            let rng = &mut self.streams.at(draw as u64);
+            for run in 0..self.pointwise.len() {
+                predicted.write_all(&single(at.predict(run, rng)))?;
             }
         }
         likely.flush()?;
@@ -73,22 +81,4 @@ impl EveryRun {
 
 fn single(number: f64) -> [u8; 4] {
     (number as f32).to_le_bytes()
-}
-
-/// The runs that are not as likely under every draw.
-///
-/// One that stuck for certain has a log likelihood of 0 whatever the parameters: it adds nothing to any sum, and ArviZ's
-/// LOO refuses the whole for it.
-fn informative(pointwise: &Pointwise, full: &[Vec<f64>]) -> Vec<usize> {
-    let at = pointwise.at_draws(full.iter().map(Vec::as_slice).collect());
-    let differs = |run: &usize| {
-        if !pointwise.is_stuck(*run) {
-            return true;
-        }
-        let mut row = vec![0.0; at.len()];
-        at.ln_likelihoods(*run..run + 1, &mut row);
-        let most = row.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        most - row.iter().copied().fold(f64::INFINITY, f64::min) > SAME
-    };
-    (0..pointwise.len()).into_par_iter().filter(differs).collect()
 }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `arrays.rs` | holds named arrays in groups |
 //! | `posterior.rs` | gathers the groups of a posterior |
-//! | `every_run.rs` | makes the likelihood and a prediction of every run while they are written |
+//! | `every_run.rs` | writes the likelihood and a prediction of every run |
 //! | `zarr.rs` | lays groups of arrays out as a Zarr store |
 //! | `csv.rs` | writes one line a draw |
 

@@ -10,7 +10,7 @@ use super::every_run::EveryRun;
 use super::zarr::{chunk_path, store, PART};
 use crate::error::Error;
 use crate::findings::compare::model_name;
-use crate::findings::left_out::MOST_DENSITIES;
+use crate::findings::posterior::run_densities::MOST_DENSITIES;
 use crate::findings::posterior::Posterior;
 use crate::inference::importance::DrawCounts;
 use crate::inference::nuts::Chain;
@@ -20,21 +20,16 @@ use crate::report::ReportInput;
 use crate::runs::Runs;
 use crate::scene::{Scene, DRY};
 
-/// Whether the likelihood of each run at each draw is stored, too.
+/// Whether the likelihood of each run at each draw is stored, too: not of few runs that stand for many.
 pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
-    stores(runs, posterior.sampled.draws())
+    runs.count.is_empty() && runs.len().saturating_mul(posterior.sampled.draws()) <= MOST_DENSITIES
 }
 
 /// Whether the runs themselves are stored, too.
 pub fn stores_runs(runs: &Runs) -> bool {
     /// index, restitution, whether it stuck, names of particle and liquid, diameter, film and speed
     const NUMBERS_OF_A_RUN: usize = 8;
-    stores(runs, NUMBERS_OF_A_RUN)
-}
-
-/// Whether so many numbers of each run are stored; few that stand for many never are.
-fn stores(runs: &Runs, numbers: usize) -> bool {
-    runs.count.is_empty() && runs.len().saturating_mul(numbers) <= MOST_DENSITIES
+    runs.count.is_empty() && runs.len() <= MOST_DENSITIES / NUMBERS_OF_A_RUN
 }
 
 /// Where the table of draws lies in a report's folder.
@@ -47,14 +42,14 @@ pub const STORE: &str = "draws/draws.zarr";
 /// Groups `posterior`, `sample_stats`, `log_prior` and `derived`; while all numbers of the runs are at most
 /// [`MOST_DENSITIES`], `observed_data` and `constant_data`; while runs times draws are, `log_likelihood` and
 /// `posterior_predictive` (new runs), to f32. Runs are in the order of the report.
-pub fn files<'a>(input: ReportInput<'a>, posterior: &Posterior) -> Result<Files<'a>, Error> {
+pub fn files<'a>(input: ReportInput<'a>, posterior: &'a Posterior) -> Result<Files<'a>, Error> {
     let (scene, runs) = (input.scene, input.runs);
     let sampled = &posterior.sampled;
     let size = DrawCounts {
         chains: sampled.chains.len(),
         draws: sampled.chains.first().map_or(0, |chain| chain.ln_density.len()),
     };
-    let every_run = || stores_every_run(runs, posterior).then(|| EveryRun::new(input, posterior));
+    let every_run = || EveryRun::new(input, posterior);
     let labels: Vec<String> = runs.spheres.iter().map(|sphere| sphere.label(scene)).collect();
     let series: Vec<String> = runs.series.iter().map(|series| series.label(scene)).collect();
     let rest = || {
@@ -203,7 +198,7 @@ fn every_run_groups(every_run: &EveryRun, runs: usize, size: DrawCounts) -> [Arr
 }
 
 /// The files of those numbers, pairs of the same draws.
-fn every_run_files(every_run: EveryRun, size: DrawCounts) -> Vec<Streamed<'static>> {
+fn every_run_files(every_run: EveryRun<'_>, size: DrawCounts) -> Vec<Streamed<'_>> {
     let every_run = Arc::new(every_run);
     let parts = (0..size.chains).flat_map(|chain| (0..size.draws.div_ceil(PART)).map(move |part| (chain, part)));
     let of_part = |(chain, part): (usize, usize)| {

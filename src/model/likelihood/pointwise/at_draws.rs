@@ -45,16 +45,6 @@ impl Pointwise {
 }
 
 impl AtDraws<'_> {
-    /// Draws.
-    pub fn len(&self) -> usize {
-        self.draws.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.draws.is_empty()
-    }
-
     /// [`EvaluatedLaw::ln_likelihood`](super::EvaluatedLaw::ln_likelihood) of these runs, a row each that is as long as there
     /// are draws.
     pub fn ln_likelihoods(&self, runs: Range<usize>, rows: &mut [f64]) {
@@ -62,7 +52,7 @@ impl AtDraws<'_> {
         let [first, last] = [runs.start, last].map(|run| self.pointwise.setting[run] as usize);
         for (place, draw) in self.draws.iter().enumerate() {
             let law = self.pointwise.at_settings(draw.full, draw.noise, first..last + 1);
-            for (run, row) in runs.clone().zip(rows.chunks_exact_mut(self.len())) {
+            for (run, row) in runs.clone().zip(rows.chunks_exact_mut(self.draws.len())) {
                 row[place] = if self.pointwise.is_shared(run) {
                     draw.given_the_others[run]
                 } else {
