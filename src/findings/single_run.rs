@@ -32,6 +32,11 @@ use crate::scene::{Scene, WetLaw};
 /// Share of its ± beyond which a main number may not move unsaid when one run is left out.
 const CARRIED: f64 = 1.0;
 
+/// The same share by weights with a tail heavier than this, which feign too small a shift: whether it is more than that, draws
+/// without the run then say.
+const PERHAPS_CARRIED: f64 = 0.6;
+const HEAVY_TAIL: f64 = 0.5;
+
 /// Of more runs none carries a number of the posterior by itself.
 const MOST_RUNS: usize = 10_000;
 
@@ -78,14 +83,14 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
     let without = |run: usize| {
         // weights that lie within exp(±s) of one another spread by at most sinh s of their mean, and no mean of a number moves
         // by more of its sds than that
-        if (0.5 * densities.spread(run)).sinh() <= CARRIED {
+        if (0.5 * densities.spread(run)).sinh() <= PERHAPS_CARRIED {
             return None;
         }
         let ln_ratios: Vec<f64> = densities.rows(run..run + 1).iter().map(|ln| -ln).collect();
         let smoothed = psis(&ln_ratios, tail_length(densities.draws, 1.0))?;
         let khat = smoothed.khat.unwrap_or(0.0);
         let [mean, sd] = moments(&smoothed.weights, None);
-        if sd <= CARRIED * mean && khat <= line {
+        if sd <= PERHAPS_CARRIED * mean && khat <= line {
             return None;
         }
         let found = heaviest(run, &with, &told(&numbers, Some(&smoothed.weights)))?;
@@ -99,7 +104,11 @@ pub(super) fn find_single_runs(context: ComparisonContext, posterior: &Posterior
         parameters: &posterior.sampled.parameters,
         stream: "single run",
     };
-    for LeftOut { found, .. } in each.iter_mut().take(MOST_DRAWN).filter(|own| own.khat > line) {
+    let is_unsure = |own: &&mut LeftOut| {
+        let may_carry = own.found.moved.shift() > PERHAPS_CARRIED;
+        own.khat > line || own.khat > HEAVY_TAIL && may_carry
+    };
+    for LeftOut { found, .. } in each.iter_mut().take(MOST_DRAWN).filter(is_unsure) {
         let run = found.run;
         let Ok(others) = model.draw_without(&(run..run + 1)) else {
             continue;

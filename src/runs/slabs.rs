@@ -165,7 +165,8 @@ impl Runs {
             let about_limit = spreads.abs() < ABOUT_THE_LIMIT;
             let spread = if about_limit { spreads.floor() } else { ABOUT_THE_LIMIT };
             let film = (self.impacts.film_ratio[first + place] / series.film_ratio).ln() / FILMS;
-            let [sign, kept, spread, film] = [m.signum(), side(m * m), spread, film.round()].map(|number| number as i64);
+            let [sign, kept, spread, film] =
+                [m.signum(), side(m * m), spread, film.round()].map(|number| number as i64);
             Some([sign, kept, speed, spread, film])
         };
         [(&series.rebounds, true), (&series.stuck, false)].map(|(range, rebounded)| {

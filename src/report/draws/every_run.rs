@@ -4,16 +4,21 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
 
-use super::posterior::stores_every_run;
-use crate::findings::posterior::run_densities::RunDensities;
+use crate::findings::posterior::run_densities::{RunDensities, MOST_DENSITIES};
 use crate::findings::posterior::Posterior;
 use crate::inference::diagnostics::loo::SAME;
 use crate::model::likelihood::pointwise::Pointwise;
 use crate::report::ReportInput;
+use crate::runs::Runs;
 use crate::seed::Streams;
 
 /// Bytes written at once: they are still near the processor, and the system is asked seldom.
 const BLOCK: usize = 1 << 16;
+
+/// Whether the likelihood of each run at each draw is stored, too: not of few runs that stand for many.
+pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
+    runs.count.is_empty() && runs.len().saturating_mul(posterior.sampled.draws()) <= MOST_DENSITIES
+}
 
 /// The law at every draw, ready for every run: new ones are drawn while they are written.
 #[derive(Debug)]

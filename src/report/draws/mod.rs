@@ -10,6 +10,6 @@
 
 pub mod arrays;
 pub mod csv;
-mod every_run;
+pub mod every_run;
 pub mod posterior;
 pub mod zarr;

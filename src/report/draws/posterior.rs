@@ -20,11 +20,6 @@ use crate::report::ReportInput;
 use crate::runs::Runs;
 use crate::scene::{Scene, DRY};
 
-/// Whether the likelihood of each run at each draw is stored, too: not of few runs that stand for many.
-pub fn stores_every_run(runs: &Runs, posterior: &Posterior) -> bool {
-    runs.count.is_empty() && runs.len().saturating_mul(posterior.sampled.draws()) <= MOST_DENSITIES
-}
-
 /// Whether the runs themselves are stored, too.
 pub fn stores_runs(runs: &Runs) -> bool {
     /// index, restitution, whether it stuck, names of particle and liquid, diameter, film and speed

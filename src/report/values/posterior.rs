@@ -2,7 +2,8 @@
 
 use minijinja::{context, Value};
 
-use super::super::draws::posterior::{stores_every_run, stores_runs};
+use super::super::draws::every_run::stores_every_run;
+use super::super::draws::posterior::stores_runs;
 use super::super::quantities::{parameter_label, unit_in_brackets};
 use super::super::template::{serialized, with};
 use super::super::{figures, ReportInput};

@@ -32,8 +32,10 @@ pub(in crate::runs) fn unknown_word(name: &str, dimension: Dimension) -> Option<
         outside.trim_end().rsplit_once(MARKS),
         outside.trim_end().rsplit_once(' '),
     ];
-    let is_alone =
-        |(before, after): &(&str, &str)| is_quantity(before.trim_end_matches(MARKS)) && after.chars().count() >= FEWEST;
+    let is_alone = |(before, after): &(&str, &str)| {
+        let is_word = after.chars().count() >= FEWEST && !after.contains('-');
+        is_word && is_quantity(before.trim_end_matches(MARKS))
+    };
     let behind_name = ends.into_iter().flatten().filter(is_alone);
     let places = inside
         .chain(outside.split([',', ';']).skip(1))
@@ -58,7 +60,9 @@ pub(in crate::runs) fn unit_in_line(line: &str, column: RunColumn) -> Option<Sta
         let (what, unit) = BEFORE_UNITS
             .iter()
             .find_map(|word| part.rsplit_once(&format!(" {word}")))?;
-        unit_of_kind(unit, column.dimension()).filter(|_| words_of(what).any(is_meant))
+        // what stands before a colon is the name of another column
+        let is_legend = what.trim_end().ends_with(':');
+        unit_of_kind(unit, column.dimension()).filter(|_| !is_legend && words_of(what).any(is_meant))
     })
 }
 

@@ -351,6 +351,7 @@ fn worst(cases: &[Case], steps: usize) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn the_integral_is_that_of_very_many_nodes() {
     // as many as all residues of 2, 3, 4 and 5, by which the cases differ, come together; of energies those of 2, 3 and 7
     let cases = speeds("speeds_the_density_is_that_of_very_many_nodes", 60, 0.0);

@@ -191,6 +191,7 @@ pub(super) fn by_run(scene: &Scene, runs: &Runs, form: Form, full: &[f64]) -> f6
 
 /// Every tail, every kind of noise, with and without errors, and with stuck runs counted or not logged.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn runs_one_at_a_time_are_summed_as_it_is_written() {
     let mut cases = vec![];
     for likelihood in [scene::LikelihoodFamily::Normal, scene::LikelihoodFamily::Student] {
