@@ -165,6 +165,7 @@ fn no_wet_runs_leave_the_wet_parameters_out() {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn one_film_ratio_without_dry_runs_keeps_the_priors_of_k_and_the_prefactor() {
     let (findings, _) = sample(&rows(&[], &wet()));
     let expected = "dry_k[PTFE] lubrication_log inertial_prefactor sigma_wet";
@@ -177,6 +178,7 @@ fn one_film_ratio_without_dry_runs_keeps_the_priors_of_k_and_the_prefactor() {
 
 /// Bounds alone mix slowly, and a few draws show what keeps its prior.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn wet_runs_that_all_stuck_bound_the_parameters_and_without_dry_ones_are_not_sampled() {
     let stuck = Vec::from_iter(wet().into_iter().map(|(v, _)| (v, 0.0)));
     let (findings, posterior) = sample(&rows(&[], &stuck));

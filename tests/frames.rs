@@ -130,6 +130,7 @@ fn centre_of_mass(picture: &Picture, scene: &Scene) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn positions_are_within_hundredths_of_a_pixel() {
     for bright in [true, false] {
         let scene = wet_plate(bright, "positions_are_within_hundredths_of_a_pixel");
@@ -250,6 +251,7 @@ fn a_sphere_that_is_not_whole_is_missed() {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn a_mirror_image_is_no_sphere() {
     // the plate is in the middle: the mirror image comes into view before the sphere
     let centre = |time: f64| (60.0, -60.0 + 1.1 * time);
@@ -272,6 +274,7 @@ fn falling(time: f64) -> (f64, f64) {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn formats_tell_the_same() {
     let scene = sized([100, 140], 20.0, "formats_tell_the_same");
     let frames = 50;

@@ -373,6 +373,7 @@ fn main_numbers_cover_with_the_form_left_open() {
 
 /// The interval quoted for k covers, however few dry runs there are.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn intervals_of_few_dry_runs_cover() {
     const SETS: u64 = 200;
     let seed = seed_of("intervals_of_few_dry_runs_cover");

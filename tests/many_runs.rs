@@ -95,6 +95,7 @@ fn apart(few: &Numbers, all: &Numbers) -> Vec<String> {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn least_squares_says_the_same_of_a_table_that_is_not_kept() {
     for (own, format) in [(OF_THEIR_OWN, "csv"), ("", "parquet")] {
         let place = drawn(own, format, 120_000, "a table that is not kept");

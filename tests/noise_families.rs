@@ -62,6 +62,7 @@ fn moved(clean: &[(String, f64, f64)], with: &[(String, f64, f64)]) -> (f64, Str
 /// One run of each kind, a wet rebound in the middle, a slow wet one and a dry one, comes out anywhere from stuck to as fast
 /// as it fell.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd() {
     let name = "an_outlier_anywhere_moves_no_parameter_by_more_than_its_sd";
     let place = Place::new(&scene_text());

@@ -73,6 +73,7 @@ fn scenes(reference: &Value) -> Vec<String> {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn moments_and_quantiles_agree_with_importance_sampling() {
     let reference = reference();
     for name in scenes(&reference) {
@@ -115,6 +116,7 @@ fn moments_and_quantiles_agree_with_importance_sampling() {
 
 /// Each fault on the scene where it shows: the sampler is the same, so only the fault can tell.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn planted_faults_move_the_moments() {
     let reference = reference();
     for (fault, name) in [

@@ -269,6 +269,7 @@ fn a_fit_of_many_that_hangs_on_few_runs_has_no_uncertainty_but_its_profile() {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn a_table_of_very_many_runs_is_told_that_nothing_was_resampled() {
     let mut place = Place::new(&many());
     let table = place.draw(1, Some(MOST_RESAMPLED as u64 + 800));

@@ -208,6 +208,7 @@ fn parameters(scene: &Scene) -> Parameters {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn a_band_is_of_a_new_series_or_of_the_one_that_was_measured() {
     const SETS: u64 = 8;
     const SIGMA: f64 = 0.02;
@@ -414,6 +415,7 @@ fn offsets_that_spoil_standard_errors_forbid_quoting() {
 
 /// Where runs stick, too, whose densities bend in the offset.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn forms_are_compared_where_series_have_offsets() {
     let text = text(
         0.01,

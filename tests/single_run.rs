@@ -153,6 +153,7 @@ fn nothing_is_quoted_where_allowing_for_errors_leaves_a_number_no_less_well_know
 
 /// Runs that stuck may not have been logged, or noise may fall by another length above than below: the same holds.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn no_sticking_and_no_noise_takes_a_barely_rebounding_run_at_its_word() {
     let rows = with_slow(0.03, 1.02);
     let of = |key: &str| fit_with(&scene_text().replace("[model]", &format!("[model]\n{key}")), &rows);
@@ -167,6 +168,7 @@ fn no_sticking_and_no_noise_takes_a_barely_rebounding_run_at_its_word() {
 
 /// The same of more runs than a posterior with such noise is sampled of unasked; and a scene that names the noise is believed.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn many_runs_carry_barely_rebounding_ones_no_better() {
     let speeds: Vec<f64> = (0..80).map(|step| 0.9 + 0.02 * f64::from(step)).collect();
     let mut rows = table("many_runs_carry", &speeds);

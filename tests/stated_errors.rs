@@ -92,6 +92,7 @@ fn with_a_spread_estimated_errors_are_only_told() {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn the_posterior_is_that_of_the_errors_alone() {
     let place = Place::new(&scene_text().replace("repeats = 4", "repeats = 8"));
     let seed = seed_of("the_posterior_is_that_of_the_errors_alone");

@@ -145,6 +145,7 @@ fn each_term_is_decided_by_its_size() {
 
 /// Below the line a term may be left out, above it is held, by itself or by name; either way intervals cover.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn intervals_cover_with_what_is_decided() {
     for [below, above, _] in all() {
         let seed = format!("intervals_cover_with_what_is_decided {}", below.term);
@@ -158,6 +159,7 @@ fn intervals_cover_with_what_is_decided() {
 
 /// The planted fault: a term that matters much, left out by name. No more than 84 % cover without it.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn intervals_do_not_cover_without_a_term_that_matters() {
     let most = (0.84 - 0.945) / (0.945 * 0.055 / SETS as f64).sqrt();
     for [_, _, far] in all() {

@@ -463,6 +463,7 @@ fn held_by_page(designs: &[Design]) -> Counts {
 }
 
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn a_law_that_holds_is_let_stand() {
     let all = held_by_page(&right_designs());
     assert!(all.refused * 100 <= all.sets, "{all:?}");
@@ -472,6 +473,7 @@ fn a_law_that_holds_is_let_stand() {
 
 /// The planted faults.
 #[test]
+#[ignore = "slow: run with --ignored"]
 fn a_law_that_does_not_hold_is_found() {
     let all = held_by_page(&wrong_designs());
     assert!(2 * all.refused > all.sets, "{all:?}");
