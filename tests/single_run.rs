@@ -305,6 +305,17 @@ fn a_run_that_carries_a_number_is_named_among_the_first() {
 }
 
 #[test]
+fn an_outlier_that_carries_a_number_forbids_quoting() {
+    let rows = table("an_outlier_that_carries_a_number", &SPEEDS);
+    // the slowest of its film
+    let forbids = |e: f64| {
+        let one = format!("{rows}{}", line(true, 0.1, speed_of(true, 0.1, 0.35), e));
+        fit(&one).forbids("single_run")
+    };
+    assert!(forbids(0.62) && !forbids(0.36));
+}
+
+#[test]
 fn a_run_that_carries_a_square_root_law_is_named() {
     // of one liquid, sixteen runs a film ratio at nearly one speed, and one far from them
     let rows = table(

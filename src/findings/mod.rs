@@ -324,7 +324,9 @@ impl Findings {
             &self.scaling,
         ));
         self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
-        self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
+        let outliers = self.noise.as_ref().map_or(&[][..], |noise| &noise.outliers);
+        let carried = single_run::single_run_notice(scene, runs, carried, outliers);
+        self.remarks.extend(carried);
         self.main.verdict = main_numbers::judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         Ok(Some(posterior))

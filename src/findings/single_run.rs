@@ -14,6 +14,7 @@ use super::fit_verdict::{uncertain, why_stopped, NO_FALL};
 use super::left_out::{ComparisonContext, Model};
 use super::main_numbers::MainNumbers;
 use super::moved::{Moved, Told};
+use super::noise::Outlier;
 use super::posterior::{derived, Posterior};
 use super::quantities::{variables, FittedLaw};
 use super::range::range;
@@ -24,7 +25,7 @@ use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::sampling::Sampled;
 use crate::physics::quantity::{Place, Quantity};
-use crate::remark::Remark;
+use crate::remark::{Level, Remark};
 use crate::rounding::{by_number, short};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
@@ -203,8 +204,15 @@ fn moments(draws: &[f64], weights: Option<&[f64]>) -> [f64; 2] {
     [mean, (squares.sum::<f64>() / all).sqrt()]
 }
 
-/// A notice of these runs, the heaviest first, each once; `None` without any.
-pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, mut found: Vec<SingleRun>) -> Option<Remark> {
+/// A notice of these runs, the heaviest first, each once; `None` without any. Where normal noise would hardly ever take one of
+/// them so far, as these outliers have it, nothing is quoted: a number then hangs on a run that is wrong, or on noise of another
+/// kind.
+pub(super) fn single_run_notice(
+    scene: &Scene,
+    runs: &Runs,
+    mut found: Vec<SingleRun>,
+    outliers: &[Outlier],
+) -> Option<Remark> {
     found.sort_by(|a, b| b.moved.shift().total_cmp(&a.moved.shift()));
     let mut seen = HashSet::new();
     found.retain(|own| seen.insert(own.run));
@@ -213,11 +221,20 @@ pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, mut found: Vec<Singl
         format!("{run}: {}", moved.with_and_without("it"))
     });
     let told: Vec<String> = told.collect();
+    let of_run = |own: &SingleRun| outliers.iter().find(|outlier| outlier.row == runs.row[own.run]);
+    let outlier = found.iter().find_map(of_run);
     (!told.is_empty()).then(|| {
         let one = "one run carries a main number, which moves by more than its ± without it";
         let several = "single runs carry main numbers, which move by more than their ± without them";
         let text = format!("{}: {}", by_number(told.len(), one, several), shortened(&told));
-        remarks::SINGLE_RUN.notice(told.len(), text)
+        let Some(outlier) = outlier else {
+            return remarks::SINGLE_RUN.notice(told.len(), text);
+        };
+        let text = format!("{text}; {} lies {:.0} σ from the law of the others", outlier.place, outlier.sds.abs());
+        let check = remarks::SINGLE_RUN.notice(told.len(), text).at(Level::Forbids);
+        check.then(
+            "look at that row again; a reason in the column exclude leaves it out, and likelihood = \"student\" has room for outliers",
+        )
     })
 }
 

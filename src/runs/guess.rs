@@ -155,7 +155,8 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
     let plain = in_plain_signs(&column.name);
     let found = candidate(column, &is_free).filter(|_| !contradicts_its_symbol(&plain));
     let (candidate, stated) = found.ok_or_else(|| {
-        let word = unknown_word(&plain, Dimension::Length)?;
+        let has_unit = parted(&plain).1.is_some();
+        let word = unknown_word(&plain, Dimension::Length).filter(|_| !has_unit)?;
         let mut called = columns_called(&plain.replacen(&word, "", 1)).into_iter();
         let meant = called.find(|own| is_free(*own) && unknown_word(&plain, own.dimension()).is_some())?;
         let why = "convert its numbers, or leave the word out where it is no unit";

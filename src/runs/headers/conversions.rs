@@ -15,7 +15,7 @@ const DIAMETERS: &str = "d dia diam diameter diameters durchmesser diamètre dia
 
 /// Words that say that a quantity is squared.
 const SQUARES: &str =
-    "kin ekin squared square sq quadrat quadriert quadratisch carré carre quadrato cuadrado e2 en2 cor2";
+    "ke kin ekin squared square sq quadrat quadriert quadratisch carré carre quadrato cuadrado e2 en2 cor2";
 
 /// What beginnings of words say that a column is of energies.
 const ENERGIES: &str = "energ énerg kinetic kinetisch";

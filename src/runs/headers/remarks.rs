@@ -48,7 +48,10 @@ pub(in crate::runs) fn unknown_word(name: &str, dimension: Dimension) -> Option<
 
 /// The unit that a line about a table states for a column, as `Drop heights in inches` or `all lengths in cm`.
 pub(in crate::runs) fn unit_in_line(line: &str, column: RunColumn) -> Option<StatedUnit> {
-    const LENGTHS: &str = "lengths längen longueurs dimensions maße";
+    const LENGTHS: &str =
+        "lengths längen longueurs dimensions maße units unit einheit einheiten unités unidades ruler lineal";
+    /// letters of what stands before a colon: fewer are the name of a column
+    const FEWEST: usize = 4;
     let is_length = matches!(column.dimension(), Dimension::Length | Dimension::Thickness);
     let is_own = |of: RunColumn| of == column || Some(of) == column.other_side();
     let is_of_column = |quantity: &&Quantity| quantity.columns().next().is_some_and(is_own);
@@ -57,12 +60,19 @@ pub(in crate::runs) fn unit_in_line(line: &str, column: RunColumn) -> Option<Sta
         is_named || is_length && is_among(LENGTHS, word)
     };
     line.to_lowercase().split([',', ';', '.']).find_map(|part| {
-        let (what, unit) = BEFORE_UNITS
+        let behind_word = BEFORE_UNITS
             .iter()
-            .find_map(|word| part.rsplit_once(&format!(" {word}")))?;
+            .find_map(|word| part.rsplit_once(&format!(" {word}")));
         // what stands before a colon is the name of another column
-        let is_legend = what.trim_end().ends_with(':');
-        unit_of_kind(unit, column.dimension()).filter(|_| !is_legend && words_of(what).any(is_meant))
+        let behind_word = behind_word.filter(|(what, _)| !what.trim_end().ends_with(':'));
+        let inside = in_brackets(part).map(|place| (place.before, place.inside));
+        let behind_colon = part.rsplit_once(':');
+        let behind_colon = behind_colon.filter(|(what, _)| what.trim().chars().count() >= FEWEST);
+        let mut places = behind_word.into_iter().chain(inside).chain(behind_colon);
+        let stated = |(what, unit): (&str, &str)| {
+            unit_of_kind(unit.trim(), column.dimension()).filter(|_| words_of(what).any(is_meant))
+        };
+        places.find_map(stated)
     })
 }
 
@@ -162,6 +172,11 @@ mod tests {
             ),
             ("Restitution (COR) in %", vec![("restitution", ours("_percent"))]),
             ("Speeds and heights in cm and mm", vec![]),
+            ("drop height [inch]", vec![("drop_height", other("inch"))]),
+            ("Höhen in Zoll", vec![("drop_height", other("zoll"))]),
+            ("drop height: inch", vec![("drop_height", other("inch"))]),
+            ("Units: ft", vec![("drop_height", other("ft")), ("film", other("ft"))]),
+            ("h0: ft", vec![]),
             ("Impact speed of 4 mm spheres in air", vec![]),
             ("Heights by ruler, in the new box", vec![]),
         ] {

@@ -346,7 +346,7 @@ pub(super) fn kind_beside(symbol: &str, name: &str) -> Option<(&'static str, Str
 
 /// A part of a name in brackets.
 pub(super) struct Bracketed<'n> {
-    before: &'n str,
+    pub before: &'n str,
     pub inside: &'n str,
     is_square: bool,
 }
