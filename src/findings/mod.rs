@@ -325,8 +325,9 @@ impl Findings {
         ));
         self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
         let outliers = self.noise.as_ref().map_or(&[][..], |noise| &noise.outliers);
-        let carried = single_run::single_run_notice(scene, runs, carried, outliers);
-        self.remarks.extend(carried);
+        let outlying = single_run::carrying_outlier(runs, &carried, outliers);
+        self.remarks.extend(outlying);
+        self.remarks.extend(single_run::single_run_notice(scene, runs, carried));
         self.main.verdict = main_numbers::judge(&self.remarks);
         self.main.learnt = learnt::what_was_learnt(scene, runs, self);
         Ok(Some(posterior))

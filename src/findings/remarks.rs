@@ -218,6 +218,14 @@ pub const UNSEEN_REBOUNDS: Kind = forbids("unseen_rebounds", AtMost(2.5))
     .by("a run that stuck agrees with those that rebound, unless small rebounds are not seen")
     .then("write in [data] the smallest_restitution that is seen, or check that these runs stuck");
 
+/// By how many of its ± an outlier moves a main number.
+pub const CARRYING_OUTLIER: Kind = forbids("carrying_outlier", AtMost(1.0))
+    .by("normal noise would take a run so far in one table of a hundred")
+    .then(
+        "look at that row again: a reason in the column exclude leaves it out, and likelihood = \"student\" has room for \
+         outliers",
+    );
+
 /// Runs that were not screened.
 pub const RUNS_IN_USE: Kind = forbids("runs_in_use", AtLeast(1.0))
     .by("no runs, no numbers")

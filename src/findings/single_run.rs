@@ -25,7 +25,7 @@ use crate::inference::diagnostics::pareto::{khat_threshold, tail_length};
 use crate::inference::diagnostics::psis::psis;
 use crate::inference::sampling::Sampled;
 use crate::physics::quantity::{Place, Quantity};
-use crate::remark::{Level, Remark};
+use crate::remark::Remark;
 use crate::rounding::{by_number, short};
 use crate::runs::Runs;
 use crate::scene::{Scene, WetLaw};
@@ -204,15 +204,24 @@ fn moments(draws: &[f64], weights: Option<&[f64]>) -> [f64; 2] {
     [mean, (squares.sum::<f64>() / all).sqrt()]
 }
 
-/// A notice of these runs, the heaviest first, each once; `None` without any. Where normal noise would hardly ever take one of
-/// them so far, as these outliers have it, nothing is quoted: a number then hangs on a run that is wrong, or on noise of another
-/// kind.
-pub(super) fn single_run_notice(
-    scene: &Scene,
-    runs: &Runs,
-    mut found: Vec<SingleRun>,
-    outliers: &[Outlier],
-) -> Option<Remark> {
+/// Whether one of these runs is an outlier: a main number then hangs on a run that is wrong, or on noise of another kind.
+pub(super) fn carrying_outlier(runs: &Runs, found: &[SingleRun], outliers: &[Outlier]) -> Option<Remark> {
+    let with_outlier = |own: &SingleRun| {
+        let outlier = outliers.iter().find(|outlier| outlier.row == runs.row[own.run]);
+        outlier.map(|outlier| (outlier.clone(), own.moved.clone()))
+    };
+    let (outlier, moved) = found.iter().find_map(with_outlier)?;
+    let text = format!(
+        "by how many of its ± an outlier moves a main number: {} lies {:.0} σ from the law of the others, and {}",
+        outlier.place,
+        outlier.sds.abs(),
+        moved.with_and_without("it")
+    );
+    Some(remarks::CARRYING_OUTLIER.check(moved.shift(), text))
+}
+
+/// A notice of these runs, the heaviest first, each once; `None` without any.
+pub(super) fn single_run_notice(scene: &Scene, runs: &Runs, mut found: Vec<SingleRun>) -> Option<Remark> {
     found.sort_by(|a, b| b.moved.shift().total_cmp(&a.moved.shift()));
     let mut seen = HashSet::new();
     found.retain(|own| seen.insert(own.run));
@@ -221,20 +230,11 @@ pub(super) fn single_run_notice(
         format!("{run}: {}", moved.with_and_without("it"))
     });
     let told: Vec<String> = told.collect();
-    let of_run = |own: &SingleRun| outliers.iter().find(|outlier| outlier.row == runs.row[own.run]);
-    let outlier = found.iter().find_map(of_run);
     (!told.is_empty()).then(|| {
         let one = "one run carries a main number, which moves by more than its ± without it";
         let several = "single runs carry main numbers, which move by more than their ± without them";
         let text = format!("{}: {}", by_number(told.len(), one, several), shortened(&told));
-        let Some(outlier) = outlier else {
-            return remarks::SINGLE_RUN.notice(told.len(), text);
-        };
-        let text = format!("{text}; {} lies {:.0} σ from the law of the others", outlier.place, outlier.sds.abs());
-        let check = remarks::SINGLE_RUN.notice(told.len(), text).at(Level::Forbids);
-        check.then(
-            "look at that row again; a reason in the column exclude leaves it out, and likelihood = \"student\" has room for outliers",
-        )
+        remarks::SINGLE_RUN.notice(told.len(), text)
     })
 }
 

@@ -16,7 +16,12 @@ pub(in crate::findings) fn contraction_notice(
     found: &PosteriorFindings,
     directions: Option<&Directions>,
 ) -> Option<Remark> {
-    let wide = found.parameters.iter().enumerate();
+    // what barely rebounding runs are allowed is meant to rest on its prior
+    let wide = found
+        .parameters
+        .iter()
+        .enumerate()
+        .filter(|(_, q)| !is_of_slow_rebounds(q));
     let led = wide.filter_map(|(place, q)| Some((place, q.prior.as_ref().filter(|prior| prior.leads())?.sd_ratio?)));
     let wide: Vec<(usize, f64)> = led.collect();
     if wide.is_empty() {
