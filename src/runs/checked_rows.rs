@@ -23,6 +23,8 @@ pub(super) enum Cell<T> {
     Text(T),
     /// a number
     Number(f64),
+    /// a number whose format shows it in per cent: 0.85 as 85 %
+    Percent(f64),
     /// what is neither, as a message shows it, and what is amiss with it
     Other(T, &'static str),
 }
@@ -32,6 +34,7 @@ impl Cell<String> {
         match self {
             Cell::Text(text) => Cell::Text(text),
             Cell::Number(number) => Cell::Number(*number),
+            Cell::Percent(number) => Cell::Percent(*number),
             Cell::Other(text, why) => Cell::Other(text, why),
         }
     }
@@ -42,7 +45,7 @@ impl<'c> Cell<&'c str> {
     pub fn text(self) -> Cow<'c, str> {
         match self {
             Cell::Text(text) | Cell::Other(text, _) => text.into(),
-            Cell::Number(number) => number.to_string().into(),
+            Cell::Number(number) | Cell::Percent(number) => number.to_string().into(),
         }
     }
 }
@@ -78,9 +81,7 @@ pub(super) struct CheckedRows<'s, 't> {
 
 impl<'s, 't> CheckedRows<'s, 't> {
     pub fn new(layout: &'s TableLayout<'s>, scene: &'s Scene, take: TakeRuns<'t>) -> CheckedRows<'s, 't> {
-        let placed = |column: RunColumn| Some((column, layout.place(column)?));
-        let placed = RunColumn::ALL.into_iter().filter_map(placed);
-        let (numbers, words): (Vec<_>, Vec<_>) = placed.partition(|(column, _)| column.is_number());
+        let (numbers, words): (Vec<_>, Vec<_>) = layout.columns_read().partition(|(column, _)| column.is_number());
         let numbers = numbers.into_iter().map(|(column, place)| NumberColumn {
             column,
             place,
@@ -236,6 +237,11 @@ impl<'s, 't> CheckedRows<'s, 't> {
                 Ok(last.1)
             }
             Some(Cell::Number(value)) => Ok(self.layout.read_number(*column, value).map(to_si)),
+            // a share, in a column in per cent, too
+            Some(Cell::Percent(share)) if matches!(column.dimension(), Dimension::Share | Dimension::One) => {
+                Ok(self.layout.read_number(*column, share).map(|share| share + 0.0))
+            }
+            Some(Cell::Percent(_)) => Err("expected a number that is not shown in per cent".to_owned()),
             Some(Cell::Other(_, why)) => Err(format!("expected a number{why}")),
         }
     }

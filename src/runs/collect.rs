@@ -111,7 +111,7 @@ pub(super) struct Collected {
     pub rows: usize,
     /// of its header
     pub remarks: HeaderRemarks,
-    screened: [usize; REASONS.len()],
+    pub screened: [usize; REASONS.len()],
     /// left out by the file itself, by its reasons in the order they come
     excluded: Vec<(String, usize)>,
     /// the rows whose labels say that they are no runs, with these labels

@@ -260,9 +260,19 @@ impl<'s> TableLayout<'s> {
         self.places[column as usize].as_ref()
     }
 
-    /// The columns that are read.
-    pub fn columns_read(&self) -> impl Iterator<Item = &ColumnPlace> {
-        self.places.iter().flatten()
+    /// The columns that are read, with their places.
+    pub fn columns_read(&self) -> impl Iterator<Item = (RunColumn, &ColumnPlace)> {
+        let placed = |column: RunColumn| Some((column, self.place(column)?));
+        RunColumn::ALL.into_iter().filter_map(placed)
+    }
+
+    /// What is expected of a column whose numbers a workbook shows with other units than it is read in; with the column's name.
+    pub fn other_unit_shown(&self, index: usize, shown: &str) -> Option<(&str, String)> {
+        let (column, place) = self.columns_read().find(|(_, place)| place.index == index)?;
+        let unknown = || unknown_word(&format!("({shown})"), column.dimension()).map(StatedUnit::Other);
+        let stated = unit_of_cell(shown).or_else(unknown)?;
+        let expected = another_unit((column, place.unit), stated, "the number format of its cells")?;
+        Some((&place.name, expected))
     }
 
     /// Whether the table has a column or the scene says what it holds in every row.
@@ -404,14 +414,17 @@ impl Matching<'_> {
         let below = header.units.get(index).and_then(|cell| unit_of_cell(cell));
         let above = header.units_above.get(index);
         let above = above.and_then(|cell| unit_of_cell_above(cell, dimension));
-        let has_none = parted(&plain).1.or(below.clone()).or(above.clone()).is_none();
+        // of a unit that the name or the row above or below it states, what is said of others says no more
+        let has_none = [&parted(&plain).1, &by_name, &below, &above]
+            .into_iter()
+            .all(Option::is_none);
         let title = in_plain_signs(header.title(index, column));
         let of_group = parted(&title).1.filter(|stated| has_none && is_unit_of(stated, column));
         let of_legend = legend.as_ref().filter(|_| has_none && is_own);
         let of_legend = of_legend.and_then(|[with_name, _]| unit_in_name(with_name, dimension));
-        let of_line = || header.lines_above.iter().find_map(|line| unit_in_line(line, column));
+        let of_line = || unit_in_line(&header.lines_above.join(";"), column);
         let of_legend = of_legend.or_else(|| of_line().filter(|_| has_none && is_own));
-        let has_no_unit = has_none && by_name.is_none() && of_group.is_none() && of_legend.is_none();
+        let has_no_unit = has_none && of_group.is_none() && of_legend.is_none();
         for (stated, by) in [
             (by_name, "its name"),
             (below, "the row below its name"),
@@ -419,7 +432,8 @@ impl Matching<'_> {
             (of_group, "the title above its name"),
             (of_legend, "a line above the names"),
         ] {
-            self.refuse_another_unit(read_as, name, stated, by);
+            let expected = stated.and_then(|stated| another_unit(read_as, stated, by));
+            expected.into_iter().for_each(|expected| self.refuse(name, expected));
         }
         let by_name = told.and_then(|_| other_height(&plain, "its name", column, naming));
         let by_title = || other_height(&title, "the title above its name", column, naming);
@@ -460,39 +474,6 @@ impl Matching<'_> {
                 self.layout.places[column as usize] = Some(place);
                 return;
             }
-        };
-        self.refuse(name, expected);
-    }
-
-    /// Refuses a column whose header states another unit than the one that the scene reads it in.
-    fn refuse_another_unit(
-        &mut self,
-        (column, unit): (RunColumn, &Unit),
-        name: &str,
-        stated: Option<StatedUnit>,
-        by: &str,
-    ) {
-        let Some(stated) = stated.filter(|_| column.is_number()) else {
-            return;
-        };
-        if matches!(&stated, StatedUnit::Ours(suffix) if *suffix == unit.suffix) {
-            return;
-        }
-        let base = column.base();
-        let expected = match stated {
-            StatedUnit::Ours(suffix) if column.dimension().unit(suffix).is_some() => format!(
-                "by {by} it has another unit than `{base}{}`; expected it as `{base}{suffix}` in the scene's columns",
-                unit.suffix
-            ),
-            StatedUnit::Ours(suffix) => {
-                let written = suffix.trim_start_matches('_').replace("m_s", "m/s").replace("um", "µm");
-                format!("by {by} it is in {written}, which `{base}` cannot be")
-            }
-            StatedUnit::Other(written) => format!(
-                "by {by} it is in {}; expected {}: convert its numbers",
-                quoted(&written),
-                names_in_words(base, column.dimension())
-            ),
         };
         self.refuse(name, expected);
     }
@@ -575,6 +556,30 @@ impl Matching<'_> {
             }
         }
     }
+}
+
+/// What is expected of a column for which another unit is stated than the one that the scene reads it in.
+fn another_unit((column, unit): (RunColumn, &Unit), stated: StatedUnit, by: &str) -> Option<String> {
+    let is_own = matches!(&stated, StatedUnit::Ours(suffix) if *suffix == unit.suffix);
+    if is_own || !column.is_number() {
+        return None;
+    }
+    let base = column.base();
+    Some(match stated {
+        StatedUnit::Ours(suffix) if column.dimension().unit(suffix).is_some() => format!(
+            "by {by} it has another unit than `{base}{}`; expected it as `{base}{suffix}` in the scene's columns",
+            unit.suffix
+        ),
+        StatedUnit::Ours(suffix) => {
+            let written = suffix.trim_start_matches('_').replace("m_s", "m/s").replace("um", "µm");
+            format!("by {by} it is in {written}, which `{base}` cannot be")
+        }
+        StatedUnit::Other(written) => format!(
+            "by {by} it is in {}; expected {}: convert its numbers",
+            quoted(&written),
+            names_in_words(base, column.dimension())
+        ),
+    })
 }
 
 /// The unit that the table's name of a column states; one of our own names states it by its end.
@@ -669,6 +674,12 @@ mod tests {
         }
         let own = below("|Height [cm]|", "ball|drop (mm)|e");
         holds(own, &[["drop_height_mm", "drop (mm)"]], "");
+        // a name that has its unit needs none of the table
+        let film = |name: &str| TableHeader::of(&[cells("Units: mm")], cells(&format!("ball|{name}|e")));
+        for name in ["film µm mean", "δ µm (dry)", "film_um [wet]"] {
+            holds(film(name), &[["film_um", name]], "");
+        }
+        holds(film("film"), &[["film_um", "film"]], "by a line above the names");
         // lines about the whole table
         for (line, expected) in [
             ("drop: height in inches", "by a line above the names it is in"),

@@ -28,6 +28,8 @@ pub(super) struct SheetRow {
     pub(super) cells: BTreeMap<usize, Cell<String>>,
     /// columns of those of them that are merged with cells above, each with the number of the first row of its cell
     merged: BTreeMap<usize, u64>,
+    /// what their formats show behind numbers: the `in` of `0.00 "in"`
+    shown: BTreeMap<usize, String>,
 }
 
 impl SheetRow {
@@ -60,6 +62,7 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
     let mut unnamed = BTreeSet::new();
     let rebounds: Vec<&ColumnPlace> = REBOUNDS.into_iter().filter_map(|column| layout.place(column)).collect();
     let mut last_run = 0;
+    let mut of_other_units = BTreeSet::new();
     while let Some(row) = sheet.next_row()? {
         unnamed.extend(row.cells.range(layout.width..).map(|(column, _)| *column));
         let texts = row.texts(layout.width);
@@ -69,10 +72,22 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
             continue;
         }
         let in_order = texts.iter().map(String::as_str);
+        let screened = checked.collected.screened;
         let is_run = checked.add(CellPlace::Row(row.number), in_order, |place| {
             row.cells.get(&place.index).map(Cell::borrowed)
         });
-        if is_run {
+        if !is_run {
+            continue;
+        }
+        for (index, shown) in &row.shown {
+            let other = layout.other_unit_shown(*index, shown);
+            if let Some((name, expected)) = other.filter(|_| of_other_units.insert(*index)) {
+                let place = format!("row {}, column {name}", row.number);
+                checked.problems.push(Problem::new(place, expected));
+            }
+        }
+        // a run that the scene leaves out has no part in the cell
+        if checked.collected.screened == screened {
             let is_of_run_above = |first: &u64| *first <= last_run;
             let again = rebounds
                 .iter()
@@ -86,8 +101,10 @@ pub(super) fn read_sheet(mut sheet: Sheet, scene: &Scene) -> Result<Collected, P
     if let Err(problems) = sheet.refuse_hidden_rows(HIDDEN_ROWS_EXPECTED) {
         checked.problems.extend(problems.into());
     }
-    let own = layout.columns_read().filter(|place| sheet.hides_column(place.index));
-    sheet.read.hidden_columns = own.map(|place| quoted(&place.name)).collect();
+    let own = layout
+        .columns_read()
+        .filter(|(_, place)| sheet.hides_column(place.index));
+    sheet.read.hidden_columns = own.map(|(_, place)| quoted(&place.name)).collect();
     checked.collected.sheet = Some(sheet.read);
     let unnamed = unnamed.into_iter().map(unnamed_column);
     checked.collected.remarks.unknown.extend(unnamed);
@@ -161,6 +178,8 @@ impl<'b> Workbook<'b> {
         let (book, sheet) = (&mut self.book, name.as_str());
         let merged = workbook(|| book.merge_cells_by_sheet_name(sheet))?;
         let cells = workbook(move || book.worksheet_cells_reader(sheet))?;
+        let formats = cells.styles().iter().map(|style| style.number_format.as_ref());
+        let shown = formats.map(|format| format.map_or(String::new(), |format| shown_behind(&format.format_code)));
         Ok(Sheet {
             read: SheetRead {
                 name,
@@ -168,6 +187,7 @@ impl<'b> Workbook<'b> {
                 others: sheets,
                 ..SheetRead::default()
             },
+            shown: shown.collect(),
             cells,
             ahead: VecDeque::new(),
             at_end: false,
@@ -182,6 +202,8 @@ impl<'b> Workbook<'b> {
 pub(super) struct Sheet<'s, 'b> {
     pub read: SheetRead,
     cells: XlsxCellReader<'s, Cursor<&'b [u8]>>,
+    /// what the format of each style shows behind a number
+    shown: Vec<String>,
     /// rows that were read and not given yet; before the end more cells may follow in the last
     ahead: VecDeque<SheetRow>,
     at_end: bool,
@@ -299,15 +321,19 @@ impl Sheet<'_, '_> {
         /// cells that are read in one step
         const AT_ONCE: usize = 1 << 14;
         while self.ahead.len() <= rows && !self.at_end {
-            let Sheet { cells, ahead, .. } = self;
+            let Sheet {
+                cells, shown, ahead, ..
+            } = self;
             self.at_end = workbook(|| {
                 for _ in 0..AT_ONCE {
-                    let Some(cell) = cells.next_cell().map_err(|error| error.to_string())? else {
+                    let cell = cells.next_cell_with_style_id().map_err(|error| error.to_string())?;
+                    let Some((cell, style)) = cell else {
                         return Ok(true);
                     };
+                    let shown = shown.get(style).map_or("", String::as_str);
                     let (row, column) = cell.get_position();
                     let (number, column) = (u64::from(row) + 1, column as usize);
-                    let Some(held) = held(cell.get_value()) else {
+                    let Some(held) = held(cell.get_value(), shown) else {
                         continue;
                     };
                     if column >= MOST_COLUMNS {
@@ -324,6 +350,9 @@ impl Sheet<'_, '_> {
                         });
                     }
                     if let Some(row) = ahead.back_mut() {
+                        if !shown.is_empty() && matches!(held, Cell::Number(_)) {
+                            row.shown.insert(column, shown.to_owned());
+                        }
                         row.cells.insert(column, held);
                     }
                 }
@@ -426,13 +455,46 @@ fn in_sheet(sheet: &str, found: &str, expected: &str) -> Problem {
     whole_file(&format!("sheet {}", quoted(sheet)), expected).found(found.to_owned())
 }
 
-/// What a cell holds; `None` of an empty one.
-fn held(cell: &DataRef) -> Option<Cell<String>> {
+/// What a number format shows behind a number: a per cent sign that is only written there as `percent`, since it does not
+/// multiply the number.
+fn shown_behind(format: &str) -> String {
+    let mut shown = String::new();
+    let mut chars = format.chars();
+    let written = |text: String| text.replace('%', "percent");
+    while let Some(c) = chars.next() {
+        match c {
+            ';' => break,
+            '"' => shown += &written(chars.by_ref().take_while(|c| *c != '"').collect()),
+            '\\' => shown += &written(chars.next().into_iter().collect()),
+            // a blank of some width, and one that fills the cell
+            '_' | '*' => _ = chars.next(),
+            // a colour, a condition or, behind a dollar sign, a currency and a language
+            '[' => {
+                let inside: String = chars.by_ref().take_while(|c| *c != ']').collect();
+                let currency = inside.strip_prefix('$').and_then(|own| own.split('-').next());
+                shown += currency.unwrap_or_default();
+            }
+            '0' | '#' | '?' | '@' => shown.clear(),
+            c => shown.push(c),
+        }
+    }
+    shown.trim().trim_start_matches("General").trim_start().to_owned()
+}
+
+/// What a cell holds, by what its format shows behind a number; `None` of an empty one.
+fn held(cell: &DataRef, shown: &str) -> Option<Cell<String>> {
     let text = |text: &str| Cell::Text(text.to_owned());
+    let number = |value| {
+        if shown.contains('%') {
+            Cell::Percent(value)
+        } else {
+            Cell::Number(value)
+        }
+    };
     let held = match cell {
         DataRef::Empty => return None,
-        DataRef::Int(value) => Cell::Number(*value as f64),
-        DataRef::Float(value) => Cell::Number(*value),
+        DataRef::Int(value) => number(*value as f64),
+        DataRef::Float(value) => number(*value),
         DataRef::String(value) => text(value),
         DataRef::SharedString(value) => text(value),
         DataRef::Bool(value) => Cell::Other(value.to_string(), ""),

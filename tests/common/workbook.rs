@@ -1,7 +1,7 @@
 //! Writes a workbook that a text describes, with what a spreadsheet may hide.
 //!
-//! A sheet begins with a line such as `== May | hidden | rows 3 4 | columns 2 5 | merged E14:E25`, of which only the name must
-//! be there; below stand its rows, with commas between cells. What looks like a number is one.
+//! A sheet begins with a line such as `== May | hidden | rows 3 4 | columns 2 5 | merged E14:E25 | formats 3:0.0"mm" 4:0%`, of
+//! which only the name must be there; below stand its rows, with commas between cells. What looks like a number is one.
 
 use std::io::{Cursor, Write};
 
@@ -33,7 +33,14 @@ impl<'t> Sheet<'t> {
         own.unwrap_or_default().split_whitespace().collect()
     }
 
-    fn xml(&self) -> String {
+    /// Columns with a number format, each with its code.
+    fn formats(&self) -> impl Iterator<Item = (&'t str, &'t str)> {
+        let each = self.marked("formats").into_iter();
+        each.map(|format| format.split_once(':').expect("a column and a format"))
+    }
+
+    /// The sheet, whose formats come after so many others.
+    fn xml(&self, others: usize) -> String {
         let mut xml = String::from(r#"<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">"#);
         let columns = self.marked("columns");
         if !columns.is_empty() {
@@ -55,8 +62,10 @@ impl<'t> Sheet<'t> {
             xml.push_str(&format!(r#"<row r="{number}"{hidden}>"#));
             for (cell, column) in row.split(',').zip(0..).filter(|(cell, _)| !cell.is_empty()) {
                 let place = format!("{}{number}", letters(column));
+                let own = self.formats().position(|(own, _)| own == (column + 1).to_string());
+                let style = own.map_or(0, |own| others + own + 1);
                 xml.push_str(&match cell.parse::<f64>() {
-                    Ok(_) => format!(r#"<c r="{place}"><v>{cell}</v></c>"#),
+                    Ok(_) => format!(r#"<c r="{place}" s="{style}"><v>{cell}</v></c>"#),
                     Err(_) => format!(r#"<c r="{place}" t="inlineStr"><is><t>{}</t></is></c>"#, escaped(cell)),
                 });
             }
@@ -95,6 +104,7 @@ pub fn workbook(text: &str) -> Vec<u8> {
         zip.write_all(text.as_bytes()).expect("room");
     };
     let (mut types, mut listed, mut relations) = (String::new(), String::new(), String::new());
+    let mut codes: Vec<&str> = vec![];
     for (text, at) in text.split("== ").skip(1).zip(1..) {
         let sheet = Sheet::of(text);
         let name = escaped(sheet.name);
@@ -107,8 +117,18 @@ pub fn workbook(text: &str) -> Vec<u8> {
         listed += &format!(r#"<sheet name="{name}" sheetId="{at}"{state} r:id="rId{at}"/>"#);
         relations +=
             &format!(r#"<Relationship Id="rId{at}" Type="{OFFICE}/worksheet" Target="worksheets/sheet{at}.xml"/>"#);
-        add(&format!("xl/worksheets/sheet{at}.xml"), &sheet.xml());
+        add(&format!("xl/worksheets/sheet{at}.xml"), &sheet.xml(codes.len()));
+        codes.extend(sheet.formats().map(|(_, code)| code));
     }
+    let each = || codes.iter().zip(164..);
+    let formats = each().map(|(code, id)| format!(r#"<numFmt numFmtId="{id}" formatCode="{}"/>"#, escaped(code)));
+    let styles = each().map(|(_, id)| format!(r#"<xf numFmtId="{id}"/>"#));
+    let styles = format!(
+        r#"<styleSheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><numFmts>{}</numFmts><cellXfs><xf numFmtId="0"/>{}</cellXfs></styleSheet>"#,
+        formats.collect::<String>(),
+        styles.collect::<String>()
+    );
+    add("xl/styles.xml", &styles);
     let of_package = format!(
         r#"<Types xmlns="{PACKAGE}/content-types"><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Override PartName="/xl/workbook.xml" ContentType="{TYPE}.sheet.main+xml"/>{types}</Types>"#
     );

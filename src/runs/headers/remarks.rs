@@ -46,7 +46,8 @@ pub(in crate::runs) fn unknown_word(name: &str, dimension: Dimension) -> Option<
     texts.find(|text| is_unknown(text)).map(str::to_owned)
 }
 
-/// The unit that a line about a table states for a column, as `Drop heights in inches` or `all lengths in cm`.
+/// The unit that a line about a table states for a column, as `Drop heights in inches` or `all lengths in cm`, of which the
+/// former goes first.
 pub(in crate::runs) fn unit_in_line(line: &str, column: RunColumn) -> Option<StatedUnit> {
     const LENGTHS: &str =
         "lengths längen longueurs dimensions maße units unit einheit einheiten unités unidades ruler lineal";
@@ -55,25 +56,27 @@ pub(in crate::runs) fn unit_in_line(line: &str, column: RunColumn) -> Option<Sta
     let is_length = matches!(column.dimension(), Dimension::Length | Dimension::Thickness);
     let is_own = |of: RunColumn| of == column || Some(of) == column.other_side();
     let is_of_column = |quantity: &&Quantity| quantity.columns().next().is_some_and(is_own);
-    let is_meant = |word: &str| {
-        let is_named = quantities_in(word).iter().any(is_of_column) || columns_called(word).contains(&column);
-        is_named || is_length && is_among(LENGTHS, word)
+    let is_named = |word: &str| quantities_in(word).iter().any(is_of_column) || columns_called(word).contains(&column);
+    let is_any_length = |word: &str| is_length && is_among(LENGTHS, word);
+    let lower = line.to_lowercase();
+    let stated_by = |is_meant: &dyn Fn(&str) -> bool| {
+        lower.split([',', ';', '.']).find_map(|part| {
+            let behind_word = BEFORE_UNITS
+                .iter()
+                .find_map(|word| part.rsplit_once(&format!(" {word}")));
+            // what stands before a colon is the name of another column
+            let behind_word = behind_word.filter(|(what, _)| !what.trim_end().ends_with(':'));
+            let inside = in_brackets(part).map(|place| (place.before, place.inside));
+            let behind_colon = part.rsplit_once(':');
+            let behind_colon = behind_colon.filter(|(what, _)| what.trim().chars().count() >= FEWEST);
+            let mut places = behind_word.into_iter().chain(inside).chain(behind_colon);
+            let stated = |(what, unit): (&str, &str)| {
+                unit_of_kind(unit.trim(), column.dimension()).filter(|_| words_of(what).any(is_meant))
+            };
+            places.find_map(stated)
+        })
     };
-    line.to_lowercase().split([',', ';', '.']).find_map(|part| {
-        let behind_word = BEFORE_UNITS
-            .iter()
-            .find_map(|word| part.rsplit_once(&format!(" {word}")));
-        // what stands before a colon is the name of another column
-        let behind_word = behind_word.filter(|(what, _)| !what.trim_end().ends_with(':'));
-        let inside = in_brackets(part).map(|place| (place.before, place.inside));
-        let behind_colon = part.rsplit_once(':');
-        let behind_colon = behind_colon.filter(|(what, _)| what.trim().chars().count() >= FEWEST);
-        let mut places = behind_word.into_iter().chain(inside).chain(behind_colon);
-        let stated = |(what, unit): (&str, &str)| {
-            unit_of_kind(unit.trim(), column.dimension()).filter(|_| words_of(what).any(is_meant))
-        };
-        places.find_map(stated)
-    })
+    stated_by(&is_named).or_else(|| stated_by(&is_any_length))
 }
 
 /// What is said of such a word.
@@ -107,7 +110,9 @@ fn is_remark(word: &str) -> bool {
     /// ends of words that say how something was measured, and letters of such a word, at least
     const FEWEST: usize = 6;
     const ENDS: [&str; 6] = ["ed", "ing", "ly", "tion", "ung", "iert"];
-    if unit_of(word).is_some() {
+    /// units that are symbols of speeds, too
+    const VOLT_AND_WATT: &str = "V W";
+    if unit_of(word).is_some() || is_among(VOLT_AND_WATT, word) {
         return false;
     }
     let plain = word.trim_start_matches(|c: char| !c.is_alphanumeric());
@@ -176,6 +181,10 @@ mod tests {
             ("Höhen in Zoll", vec![("drop_height", other("zoll"))]),
             ("drop height: inch", vec![("drop_height", other("inch"))]),
             ("Units: ft", vec![("drop_height", other("ft")), ("film", other("ft"))]),
+            (
+                "Units: mm; film in µm",
+                vec![("drop_height", ours("_mm")), ("film", ours("_um"))],
+            ),
             ("h0: ft", vec![]),
             ("Impact speed of 4 mm spheres in air", vec![]),
             ("Heights by ruler, in the new box", vec![]),
