@@ -29,35 +29,45 @@ const AFTER: &str =
     "of the all runs series block value values dev deviation error von der des aus reihe serie de du type di \
      del standard mean wert sd std";
 
-/// What may stand before such a word.
-const BEFORE: &str = "set series block group overall grand arithmetic geometric weighted standard";
+/// What may stand before such a word, besides numbers.
+const BEFORE: &str =
+    "set series block group overall grand arithmetic geometric weighted standard run runs nr lauf versuch trial drops n to \
+     bis";
+
+/// Words that are a unit or a threshold behind a number.
+const OF_NUMBERS: &str = "min max mw σ";
 
 /// Letters of the longest cell that is looked at.
 const LONGEST: usize = 60;
 
 /// What a cell says that its row is; `None` of any other word, and of a remark that only begins with such a word.
 pub(super) fn label(cell: &str) -> Option<Label> {
-    // most cells are numbers or names, told apart by their first letter
-    let first = cell.trim_start().chars().next()?;
-    if !first.is_alphabetic() && first != '∑' || cell.len() > LONGEST {
+    // most cells are numbers
+    if cell.len() > LONGEST || !cell.contains(|c: char| c.is_alphabetic() || "∅∑".contains(c)) {
         return None;
     }
     let lower = cell.to_lowercase();
     match lower.trim() {
-        "x\u{304}" | "overall" => return Some(Label::Mean),
+        "x\u{304}" | "∅" | "overall" => return Some(Label::Mean),
         "∑" => return Some(Label::Other),
         _ => {}
     }
+    let is_digit = |c: char| c.is_ascii_digit();
     let mut words = words_of(&lower);
-    let first = words.by_ref().find(|word| !is_among(BEFORE, word))?;
-    let first = first.trim_end_matches(|c: char| c.is_ascii_digit());
+    let is_before = |word: &str| word.chars().all(is_digit) || is_among(BEFORE, word);
+    let first = words.by_ref().find(|word| !is_before(word))?.trim_matches(is_digit);
     let known = [(MEANS, Label::Mean), (OTHERS, Label::Other), (ALL, Label::All)];
     let (_, label) = known.into_iter().find(|(words, _)| is_among(words, first))?;
+    let has_number = lower
+        .split(first)
+        .next()
+        .is_some_and(|before| before.contains(is_digit));
+    let is_of_number = has_number && (label == Label::All || is_among(OF_NUMBERS, first));
     let is_remark = words.any(|word| {
-        let is_counted = word.chars().all(|c| c.is_ascii_digit()) || word.chars().count() == 1;
+        let is_counted = word.chars().all(is_digit) || word.chars().count() == 1;
         !is_counted && !is_among(AFTER, word)
     });
-    (!is_remark).then_some(label)
+    (!is_remark && !is_of_number).then_some(label)
 }
 
 /// The columns in which a word for all runs is a name: their first run has one there.
@@ -80,9 +90,9 @@ impl NamesForAll {
     }
 }
 
-/// Whether a cell may be a label or a count: nearly every cell is a number or empty, which its first letter tells.
+/// Whether a cell may be a label or a count: nearly every cell is a number or empty.
 pub(super) fn may_mark(cell: &str) -> bool {
-    cell.as_bytes().first().is_some_and(|first| !first.is_ascii_digit())
+    cell.bytes().any(|byte| !byte.is_ascii_digit() && byte != b'.')
 }
 
 /// Whether a cell counts rows, as the `n = 12` below a column of names does.
