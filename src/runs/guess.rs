@@ -4,7 +4,7 @@ use super::headers::called::{called, columns_called, is_short_for, letters, part
 use super::headers::contradicts_its_symbol;
 use super::headers::header::in_plain_signs;
 use super::headers::remarks::{in_no_unit, unknown_word};
-use super::headers::units::{unit_in_name, unit_of_cell, StatedUnit};
+use super::headers::units::{may_name_a_tool, unit_in_name, unit_of_cell, StatedUnit, UNIT_OR_TOOL};
 use super::survey::SurveyedColumn;
 use super::words::is_among;
 use crate::error::quoted;
@@ -189,6 +189,13 @@ pub(super) fn guess(column: &SurveyedColumn, is_free: impl Fn(RunColumn) -> bool
                 "but is called per cent and holds no number above 1.5: if these are shares of 1, as a spreadsheet \
                        that shows 85 % holds 0.85, say so in its header";
             return Err(not_guessed(why.to_owned()));
+        }
+        Some(StatedUnit::Ours(suffix @ "_um"))
+            if candidate == RunColumn::Diameter
+                && may_name_a_tool(&column.name)
+                && column.largest.and_then(|largest| suffix_by_size(candidate, largest)) != Some(suffix) =>
+        {
+            return Err(not_guessed(format!("but {UNIT_OR_TOOL}")));
         }
         Some(StatedUnit::Ours(suffix)) => (suffix, false),
         Some(StatedUnit::Other(written)) => {

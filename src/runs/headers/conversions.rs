@@ -2,7 +2,8 @@
 
 use super::super::words::is_among;
 use super::called::columns_called;
-use super::header::{Header, ROOTS, SOURCES};
+use super::header::{Header, MEASURED, ROOTS, SOURCES};
+use super::quantities::{quantities_in, quantities_of_symbol};
 use super::units::has_factor;
 use crate::scene::RunColumn;
 use crate::units::Dimension;
@@ -65,6 +66,11 @@ pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<Str
             "the quantity itself",
             "of it to the table",
         ],
+        _ if MEASURED.contains(&column) && is_scaled(header, column) => [
+            "its numbers are multiplied or divided by another number",
+            "the quantity itself",
+            "of it to the table",
+        ],
         _ => return None,
     };
     Some(format!(
@@ -75,7 +81,36 @@ pub(super) fn known_conversion(header: &Header, column: RunColumn) -> Option<Str
 /// Whether its numbers are multiplied, or divided as in `h/10`, by a power of ten.
 fn is_multiplied(header: &Header) -> bool {
     let divisor = header.divisor().and_then(|after| after.split_whitespace().next());
-    has_factor(&header.lower) || divisor.is_some_and(|number| ["10", "100", "1000"].contains(&number))
+    has_factor(&header.lower) || divisor.is_some_and(|number| is_among(POWERS_OF_TEN, number))
+}
+
+const POWERS_OF_TEN: &str = "10 100 1000";
+
+/// Whether the quantity of a column stands in its name with another number, as in `2h`, `v*3` or `film/2`.
+fn is_scaled(header: &Header, column: RunColumn) -> bool {
+    const SIGNS: [char; 5] = ['/', '*', '×', '·', '⋅'];
+    let is_own = |text: Option<&str>| {
+        let text = text.unwrap_or_default();
+        let symbol = text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+        let mut quantities = quantities_of_symbol(symbol).into_iter().chain(quantities_in(text));
+        quantities.any(|quantity| quantity.is_of(column)) || columns_called(text).contains(&column)
+    };
+    let is_factor = |text: &str| {
+        // a share times a hundred is in per cent
+        let is_unit = column.dimension() == Dimension::Share && is_among(POWERS_OF_TEN, text);
+        let number: Result<f64, _> = text.replace(',', ".").parse();
+        !is_unit && !text.ends_with('.') && number.is_ok_and(|number| number > 0.0 && number != 1.0)
+    };
+    let name = header.outside.trim();
+    if name.contains('^') || name.contains("**") {
+        return false;
+    }
+    let own = name.trim_start_matches(|c: char| c.is_numeric() || ".,".contains(c));
+    let first = &name[..name.len() - own.len()];
+    let is_first = is_factor(first) || is_among("½ ⅓ ¼", first);
+    let after = own.trim_start_matches(|c: char| c == ' ' || SIGNS.contains(&c));
+    let is_last = |(before, number): (&str, &str)| is_factor(number.trim()) && is_own(before.split_whitespace().last());
+    is_first && is_own(after.split_whitespace().next()) || name.rsplit_once(SIGNS).is_some_and(is_last)
 }
 
 fn is_radius(header: &Header) -> bool {

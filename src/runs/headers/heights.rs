@@ -2,6 +2,7 @@
 
 use super::super::words::is_among;
 use super::header::Header;
+use super::named::ROLES;
 use crate::error::quoted;
 use crate::scene::{HeightsOf, HeightsTo, Naming, RunColumn};
 
@@ -12,12 +13,14 @@ const CENTRE: &str =
      massenmittelpunkt massenmittelpunkts massenmittelpunktes";
 const LOWEST: &str =
     "lowest bottom underside unterkante unterseite kugelunterkante kugelunterseite tiefster tiefsten tiefste";
-// the `top`, like an apex, may be where the sphere turns, unless it is said to be the sphere's
+// the `top` of a rebound, like an apex, may be where the sphere turns, unless it is said to be the sphere's
 const TOP: &str = "oberkante oberseite kugeloberkante kugeloberseite";
 const SPHERE: &str = "sphere ball bead kugel";
 const ABOVE: &str = "above over über ueber";
 /// The same before what is not the sphere.
 const FROM: &str = "from ab";
+/// The same before what is neither plate nor film.
+const BELOW_OR_TO: &str = "below under beneath to unter von bis zur zum";
 const OF: &str = "the of a an der die das dem den des silicone";
 const FILM: &str =
     "film liquid oil layer flüssigkeit fluessigkeit flüssigkeitsfilm öl oel ölfilm schicht filmoberfläche \
@@ -26,6 +29,9 @@ const PLATE: &str = "plate glass wall substrate platte glas wand substrat";
 const OTHERS: &str =
     "image picture frame bild view tray dish cell box table line ruler scale camera sensor lens wanne \
                       schale tisch linie lineal kamera";
+/// What a height is measured from that falls on neither plate nor film.
+const ELSEWHERE: &str =
+    "ceiling roof lid floor table tabletop bench desk decke deckel dach tisch tischplatte fußboden plafond";
 const AFTER_FILM: &str = "surface oberfläche layer film mm cm m µm um in";
 
 /// Words of which point of the sphere a height refers to, and of what it is measured from.
@@ -40,6 +46,17 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
     let name = name.replace("c.o.g", "cog").replace("c.o.m", "com");
     let header = Header::new(&name);
     let words: Vec<&str> = header.words.iter().map(String::as_str).collect();
+    let is_from = |word: &str| [ABOVE, FROM, BELOW_OR_TO].iter().any(|list| is_among(list, word));
+    let bare = without_articles(&words);
+    if let Some(from) = bare
+        .windows(2)
+        .find(|both| is_from(both[0]) && is_among(ELSEWHERE, both[1]))
+    {
+        let place = quoted(from[1]);
+        return Some(format!(
+            "by {by} its heights are measured from {place}: expected those above the plate or the film"
+        ));
+    }
     let is_above = |at: &usize| {
         let next = words[at + 1..].iter().find(|word| !is_among(OF, word));
         let is_of_plate = next.is_some_and(|word| is_among(FILM, word) || is_among(PLATE, word));
@@ -57,7 +74,9 @@ pub(in crate::runs) fn other_height(name: &str, by: &str, column: RunColumn, nam
         };
         found.is_some_and(|found| !is_others(found + 1) && !is_others(found.wrapping_sub(1)))
     };
-    let is_top = of_sphere(TOP) || of_sphere("top") && words.iter().any(|word| is_among(SPHERE, word));
+    let may_turn_there = column == RunColumn::ReboundHeight || header.has_end(ROLES[1]);
+    let is_of_sphere = || words.iter().any(|word| is_among(SPHERE, word));
+    let is_top = of_sphere(TOP) || of_sphere("top oben") && (!may_turn_there || is_of_sphere());
     if is_top && !of_sphere(CENTRE) && !of_sphere(LOWEST) {
         return Some(format!(
             "by {by} its heights are of the sphere's top: expected those of its lowest point or centre"

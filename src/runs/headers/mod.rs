@@ -30,6 +30,7 @@ use header::{in_few_words, Header, MEASURED};
 pub(super) use named::constant_named;
 use named::named_quantity;
 use spreads::other_spread;
+use units::{may_name_a_tool, UNIT_OR_TOOL};
 
 /// Words of a column that marks the runs to keep.
 const KEPT: &str =
@@ -53,6 +54,9 @@ pub(super) fn other_quantity(name: &str, column: RunColumn, key: &str) -> Option
             "by its name it marks the runs to keep; `{key}` takes why a run is left out: add a column that marks the others, \
              and name that one"
         ));
+    }
+    if column == RunColumn::Diameter && !key.ends_with("_um") && may_name_a_tool(name) {
+        return Some(format!("by its name it may be in µm, but {UNIT_OR_TOOL}"));
     }
     let is_number = |word: &String| is_among("number nr no nummer index id", word);
     let counts_no_runs = header.words.last().is_some_and(is_number) || header.has("stuck failed dof");

@@ -472,6 +472,18 @@ fn undivided_unit(name: &str, dimension: Dimension) -> Option<StatedUnit> {
     })
 }
 
+/// Whether a name has a word that may be its unit or, of a sphere, the screw that it was measured with, and nothing that tells.
+pub(in crate::runs) fn may_name_a_tool(name: &str) -> bool {
+    const MICROMETER: &str = "micrometer micrometre mikrometer micromètre micrómetro micrometro";
+    let lower = name.to_lowercase();
+    let has = |list: &str| words_of(&lower).any(|word| is_among(list, word));
+    has(MICROMETER) && !has("µm μm um mm cm screw gauge schraube")
+}
+
+/// What to do about such a name.
+pub(in crate::runs) const UNIT_OR_TOOL: &str =
+    "a micrometer may be what it was measured with: write `mm` or `µm` into its name";
+
 /// A part of a name, between two places where words begin or end, with what stands around it.
 struct Piece<'n> {
     before: &'n str,
