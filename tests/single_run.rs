@@ -1,7 +1,7 @@
 //! Holds that no single run carries a main number unseen, and that barely rebounding runs are not taken at their word.
 
 use crate::common::scenes::{scene_of, HEADER, PE, THIN};
-use crate::common::{normal, sample, seed_of, Place, Says, Told};
+use crate::common::{counts, normal, sample, seed_of, study, Place, Says, Told};
 use wetcor::findings::estimates::Source;
 use wetcor::findings::remarks::in_order;
 use wetcor::findings::Findings;
@@ -312,6 +312,31 @@ fn an_outlier_that_carries_a_number_forbids_quoting() {
         fit(&one).forbids("carrying_outlier")
     };
     assert!(forbids(0.2) && !forbids(0.58));
+}
+
+/// Two runs alone in a thick film, of which one is wrong.
+#[test]
+fn of_two_runs_that_disagree_both_are_named_where_the_others_do_not_tell_which() {
+    let (at_infinity, lost) = law(false, 0.15);
+    let expected = (at_infinity - lost / 1.5).sqrt();
+    let with_neighbour = |off: [f64; 2]| {
+        let sets = study("of_two_runs_that_disagree", 12, |seed| {
+            let speeds = [0.5, 0.5, 0.7, 0.7, 1.0, 1.0, 1.4, 1.4, 2.0, 2.0];
+            let rows = table(&format!("of_two_runs_that_disagree {seed}"), &speeds);
+            let is_thin = |row: &&str| !row.contains(",thick,") && !row.contains(",476.200,");
+            let mut rows: String = rows.split_inclusive('\n').filter(is_thin).collect();
+            rows.extend(off.map(|off| line(false, 0.15, 1.5, expected + off)));
+            let found = Place::new(&scene_text()).fit_rows(&rows).noise.expect("it scatters");
+            let mut outliers = found.outliers.iter();
+            let both = outliers.any(|outlier| outlier.place.contains("do not tell which"));
+            [found.outliers_found > 0, both]
+        });
+        counts(&sets)
+    };
+    let [found, both] = with_neighbour([0.08, -0.08]);
+    assert!(found >= 10 && both >= 3, "{found} {both}");
+    let [found, both] = with_neighbour([0.0, -0.15]);
+    assert!(found >= 10 && both == 0, "{found} {both}");
 }
 
 #[test]

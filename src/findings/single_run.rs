@@ -210,7 +210,8 @@ pub(super) fn carrying_outlier(runs: &Runs, found: &[SingleRun], outliers: &[Out
         let outlier = outliers.iter().find(|outlier| outlier.row == runs.row[own.run]);
         outlier.map(|outlier| (outlier.clone(), own.moved.clone()))
     };
-    let (outlier, moved) = found.iter().find_map(with_outlier)?;
+    let outlying = found.iter().filter_map(with_outlier);
+    let (outlier, moved) = outlying.max_by(|a, b| a.1.shift().total_cmp(&b.1.shift()))?;
     let text = format!(
         "by how many of its ± an outlier moves a main number: {} lies {:.0} σ from the law of the others, and {}",
         outlier.place,
@@ -280,18 +281,43 @@ mod tests {
     use crate::findings::tests::read_plain;
     use crate::runs::Table;
 
-    #[test]
-    fn a_stuck_run_that_contradicts_the_rebounds_asks_what_is_seen() {
-        let (mut scene, Table { runs, .. }) = read_plain();
-        let stuck = runs.series.iter().find_map(|series| series.stuck.clone().next());
-        let carried = |run: usize, without: f64| SingleRun {
+    fn carried(run: usize, without: f64) -> SingleRun {
+        SingleRun {
             run,
             moved: Moved {
                 name: "st_c[PTFE,AK10,0.06]".to_owned(),
                 before: [6.0, 0.03],
                 after: [without, 0.06],
             },
+        }
+    }
+
+    #[test]
+    fn of_outliers_that_carry_a_number_the_one_that_moves_it_most_is_named() {
+        let (_, Table { runs, .. }) = read_plain();
+        let outlier = |run: usize| Outlier {
+            row: runs.row[run],
+            place: format!("line {run}"),
+            particle: "PTFE".to_owned(),
+            liquid: None,
+            diameter_m: 4e-3,
+            film_ratio: None,
+            impact_speed_m_s: 1.0,
+            restitution: 0.5,
+            expected: 0.8,
+            sds: 9.0,
+            moves: "dry_k[PTFE]".to_owned(),
+            moves_in_se: 1.0,
         };
+        let found = [carried(0, 5.9), carried(1, 5.5), carried(2, 5.0)];
+        let told = carrying_outlier(&runs, &found, &[0, 1].map(outlier)).expect("one carries it");
+        assert!(told.forbids() && told.text.contains("line 1 lies"), "{}", told.text);
+    }
+
+    #[test]
+    fn a_stuck_run_that_contradicts_the_rebounds_asks_what_is_seen() {
+        let (mut scene, Table { runs, .. }) = read_plain();
+        let stuck = runs.series.iter().find_map(|series| series.stuck.clone().next());
         let stuck = stuck.expect("one run stuck");
         let rebound = runs.series[0].rebounds.start;
         let asked = |scene: &Scene, found| unseen_rebounds(scene, &runs, &[found]);

@@ -112,7 +112,8 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f
     let runs = count_tested(rows);
     let (mut sums, mut candidates) = gather(rows, robust, unequal, candidate_distance(runs));
     candidates.sort_by(|a, b| a.sds.abs().total_cmp(&b.sds.abs()));
-    let mut reference = ReferenceFit::new(rows, &sums, unequal);
+    let groups = unequal.map_or(0, <[f64]>::len);
+    let mut reference = ReferenceFit::new(rows, &sums, groups);
     let mut outlying = vec![];
     for mut candidate in candidates {
         let (spread, freedom) = reference.spread(&candidate.run);
@@ -121,7 +122,7 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f
             outlying.push(candidate);
         } else if candidate.run.clear {
             rows.add(&mut sums[candidate.run.part], &candidate.run);
-            reference = ReferenceFit::new(rows, &sums, unequal);
+            reference = ReferenceFit::new(rows, &sums, groups);
         }
     }
     outlying.sort_by(|a, b| {
@@ -131,11 +132,27 @@ pub(super) fn find_outliers(rows: &Rows, robust: &RobustFit, unequal: Option<&[f
     let mut all: Vec<usize> = outlying.iter().map(|one| one.run.row.run).collect();
     all.sort_unstable();
     outlying.truncate(MOST_DESCRIBED);
+    let describe = |one: &Candidate| {
+        let mut outlier = reference.describe(one);
+        let others = near_in_part(robust, one.run.part, &all);
+        if let Some(rival) = reference.rival(&one.run, &others, &sums) {
+            let other = rows.runs.places.of(rows.runs.row[rival]);
+            outlier.place += &format!(" (or {other}: the other runs do not tell which)");
+        }
+        outlier
+    };
     OutlierSearch {
-        outliers: outlying.iter().map(|one| reference.describe(one)).collect(),
+        outliers: outlying.iter().map(describe).collect(),
         outlying: all,
         sums,
     }
+}
+
+/// The rebounds of a part that the fit without outliers holds.
+fn near_in_part<'f>(robust: &'f RobustFit, part: usize, outlying: &[usize]) -> Vec<&'f RunAtFit> {
+    let own = robust.runs.iter().filter(|run| run.part == part && run.clear);
+    own.filter(|run| outlying.binary_search(&run.row.run).is_err())
+        .collect()
 }
 
 /// Sums of the runs near the fit, and those far from it.
@@ -179,10 +196,10 @@ struct ReferenceFit<'r> {
 }
 
 impl<'r> ReferenceFit<'r> {
-    fn new(rows: &'r Rows<'r>, sums: &[Sums], unequal: Option<&[f64]>) -> ReferenceFit<'r> {
+    fn new(rows: &'r Rows<'r>, sums: &[Sums], groups: usize) -> ReferenceFit<'r> {
         let fitted = rows.fit(sums);
         let mut kinds = [RowsLeft::default(); 2];
-        let mut groups = vec![RowsLeft::default(); unequal.map_or(0, <[f64]>::len)];
+        let mut groups = vec![RowsLeft::default(); groups];
         for (part, sums) in sums.iter().enumerate() {
             let left = fitted.leaves(sums, 1.0);
             kinds[rows.kind(part) as usize].add(left);
@@ -229,6 +246,29 @@ impl<'r> ReferenceFit<'r> {
         } else {
             0.0
         }
+    }
+
+    /// The run among those that stand beside an outlier which may be the wrong one: where two runs tell a parameter nearly by
+    /// themselves and disagree, the others may not say which of them it is.
+    fn rival(&self, outlier: &RunAtFit, beside: &[&RunAtFit], sums: &[Sums]) -> Option<usize> {
+        /// leverage of a run that tells a parameter nearly by itself
+        const TELLS: f64 = 0.2;
+        /// squares by which the one lies farther from the fit without both, where it is twenty times as likely the wrong one
+        const CLEAR: f64 = 6.0;
+        let is_rival = |rival: &&&RunAtFit| {
+            if self.fitted.leverage(&self.rows.slopes(rival)) < TELLS {
+                return false;
+            }
+            let mut others = sums.to_vec();
+            others[rival.part] = self.rows.blank();
+            let left = beside.iter().filter(|run| run.row.run != rival.row.run);
+            left.for_each(|run| self.rows.add(&mut others[rival.part], run));
+            let without = ReferenceFit::new(self.rows, &others, self.groups.len());
+            let [own, other] =
+                [outlier, rival].map(|run| (without.deletion_distance(run) / without.spread(run).0).powi(2));
+            without.fitted.inverse.rank < self.fitted.inverse.rank || own - other < CLEAR
+        };
+        Some(beside.iter().find(is_rival)?.row.run)
     }
 
     /// The parameter that adding a run moves most, and by how many standard errors of the fit without it.
