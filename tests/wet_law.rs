@@ -4,6 +4,7 @@ use crate::common::scenes::{scene_of, AK10, M50, PE as PE_SPHERE, PTFE as PTFE_S
 use crate::common::{binomial_z, is_update, kept, normal, parsed, read_in_project, seed_of, table_of};
 use rand::RngExt;
 use rayon::prelude::*;
+use wetcor::findings::noise::WetAlternative;
 use wetcor::findings::{self, Findings};
 use wetcor::physics::rebound::mean_restitution;
 use wetcor::runs::{self, NewRun, Table};
@@ -479,6 +480,32 @@ fn a_law_that_does_not_hold_is_found() {
     assert!(2 * all.refused > all.sets, "{all:?}");
 }
 
+/// Among all terms that are tried, a viscous loss of one of two liquids is one of the four that ask of L in the liquids.
+#[test]
+fn one_l_for_all_liquids_is_asked_by_itself() {
+    let tried = |law: Law| {
+        let design = Design {
+            name: "one L for all liquids, 120 wet runs",
+            law,
+            runs: [120, 24],
+            ..USUAL
+        };
+        let scene = scene(design.model);
+        let of_set = |set: u64| design.fit(&scene, set).noise.and_then(|noise| noise.wet_law);
+        let found = (0..10).filter_map(of_set);
+        found
+            .map(|found| (found.against, found.alternatives))
+            .collect::<Vec<_>>()
+    };
+    let of_liquid = (WetAlternative::SlopeOfOneLiquid, 4);
+    let differ = tried(one_liquid_loses_more);
+    assert!(
+        differ.iter().filter(|found| **found == of_liquid).count() >= 9,
+        "{differ:?}"
+    );
+    assert!(tried(right).iter().all(|(_, tried)| *tried > 10));
+}
+
 /// Three series, which an offset each may set apart, of a law that is not the square root.
 #[test]
 fn offsets_of_series_hide_no_law_that_fails() {
@@ -555,7 +582,7 @@ either kind that all groups of one liquid share, one in 1/St that those of one p
 ratio? Without energies of the groups it asks whether one liquid or one particle has a term in 1/St or in the film ratio for \
 itself, or one diameter a term in 1/St, and whether either term drifts from the first row of the table to the last, unless the rows stand in the order of their \
 restitutions. It refuses \
-where one of these is beyond chance, p < 0.001 (F test, p times the number of terms tried), and moves a parameter by \
+where one of these is beyond chance, p < 0.001 (F test, p times the number of terms tried, or of one liquid's in 1/St times the number of such), and moves a parameter by \
 more than half of its standard error, or with p < 0.01 and one moves by more than two. Outliers and rebounds expected within \
 three spreads of sticking are left out; where a table does not say how well speeds are known, runs are weighed as if they erred \
 by 1 %. The check `linear_law` refuses where the linear law gains more than 4 in log density over the square root, \

@@ -8,7 +8,8 @@
 //! sphere. Without energies of the groups, where no series has an offset, more is asked: the viscous loss of a liquid and of
 //! a particle once again, that of a diameter, a loss that goes with the film in a liquid or a particle, and both losses times
 //! the place of the run in its table, since a liquid may warm and a film dry while runs are recorded. Each p is
-//! multiplied by the number of columns (Bonferroni); of those beyond chance the one that moves a parameter most is told.
+//! multiplied by the number of columns (Bonferroni), that of the viscous loss of a liquid by the number of such columns alone
+//! where chance then does not explain it; of those beyond chance the one that moves a parameter most is told.
 //!
 //! Rebounds near sticking have no fair residual and are left out, single outliers as well. A table that does not say how
 //! well speeds are known may have errors of a per cent, which near the threshold outweigh the rest: runs are weighed for
@@ -210,17 +211,25 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
             }),
         ]);
     }
-    let found: Vec<Departure> = found.into_iter().flatten().collect();
-    let alternatives = found.len();
+    let mut found: Vec<Departure> = found.into_iter().flatten().collect();
+    let all = found.len();
+    let is_of_liquid = |one: &&mut Departure| one.against == WetAlternative::SlopeOfOneLiquid;
+    let of_liquids = found.iter_mut().filter(is_of_liquid).count();
+    for one in &mut found {
+        // one L for all liquids is a question by itself, as one k for all diameters is
+        let by_itself = is_of_liquid(&one) && one.test.p * (of_liquids as f64) < BEYOND_CHANCE;
+        one.tried = if by_itself { of_liquids } else { all };
+        one.test.p *= one.tried as f64;
+    }
     let least = found.iter().map(|one| one.test.p).reduce(f64::min)?;
     // the one that moves most of all beyond chance; where none is, of those that are the same on these runs, as a loss of the
     // one of two liquids or of the other
-    let line = (least * (1.0 + 1e-6)).max(BEYOND_CHANCE / alternatives as f64);
+    let line = (least * (1.0 + 1e-6)).max(BEYOND_CHANCE);
     let as_rare = found.into_iter().filter(|one| one.test.p <= line);
     let moving = as_rare.filter_map(|one| Some((one.moves(&quoted)?, one)));
     let ((moves, moves_in_se), mut worst) =
         moving.reduce(|most, next| if next.0 .1 > most.0 .1 { next } else { most })?;
-    worst.test.p = (worst.test.p * alternatives as f64).min(1.0);
+    worst.test.p = worst.test.p.min(1.0);
     let most = worst.group()?;
     let group = &rows.groups[most.of];
     let particle = sphere_words(rows.particle(group), rows.runs.spheres[group.sphere].diameter);
@@ -228,7 +237,7 @@ pub(super) fn test_wet_law(rows: &Rows, robust: &RobustFit, sorted: &OutlierSear
     Some(WetLawTest {
         against: worst.against,
         test: worst.test,
-        alternatives,
+        alternatives: worst.tried,
         group: group_name(&particle, rows.liquid(group), None, film_ratio),
         moves: rows.names[moves].clone(),
         moves_in_se,
@@ -384,6 +393,8 @@ struct Departure<'w> {
     law: &'w FittedLaw,
     against: WetAlternative,
     test: FTest,
+    /// how many alternatives were tried with it
+    tried: usize,
     /// the runs that the alternative is about
     wet: &'w [WetRow],
     /// the alternative's column, beside an energy of each group's own where they have one, times its factor
@@ -494,6 +505,7 @@ impl FittedLaw {
             law: self,
             against,
             test: nested(self.spread, wide)?,
+            tried: 1,
             wet,
             column,
             taken: taken * factor,
