@@ -135,7 +135,7 @@ impl Bounds {
 
 /// The check of what went in: the constants of the materials in use, diameters, films, and how speeds compare.
 pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
-    let (mut questions, mut perhaps) = (vec![], vec![]);
+    let (mut questions, mut perhaps, mut of_roughness) = (vec![], vec![], vec![]);
     for (index, particle) in scene.particles.iter().enumerate() {
         let spheres = runs.spheres_of(index);
         let wet = runs.series_in(spheres);
@@ -145,7 +145,8 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
         }
         let name = &particle.name;
         questions.extend(DENSITY.question(name, [particle.density].into_iter()));
-        questions.extend(ROUGHNESS.question(name, particle.roughness.into_iter()));
+        let roughness = ROUGHNESS.question(name, particle.roughness.into_iter());
+        of_roughness.extend(roughness.map(|text| (name.as_str(), text)));
         questions.extend(DIAMETER.question(name, wet.iter().map(|series| series.diameter)));
         let liquids = 0..scene.liquids.len();
         let apart = liquids.filter_map(|liquid| films_apart(scene, runs, index, liquid));
@@ -167,10 +168,28 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
         }
     }
     questions.extend(restitutions_too_small(runs));
+    if scene.model.form().viscous.reads_roughness() {
+        questions.extend(of_roughness.drain(..).map(|(_, text)| text));
+    }
     let plain = "constants, diameters, films and speeds are such as experiments have";
     let asked = (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_INPUT, &questions, plain));
     let perhaps = perhaps.into_iter().map(|text| remarks::SPEEDS_PERHAPS.notice(1, text));
-    asked.into_iter().chain(perhaps).collect()
+    let of_roughness = of_separation(remarks::PLAUSIBLE_INPUT, &of_roughness);
+    asked.into_iter().chain(perhaps).chain(of_roughness).collect()
+}
+
+/// The same of the roughness of these particles, on which no main number rests where L is one constant, but δc does.
+fn of_separation(criterion: Kind, questions: &[(&str, String)]) -> Option<Remark> {
+    let texts: Vec<String> = questions.iter().map(|(_, text)| text.clone()).collect();
+    let names = questions.iter().map(|(particle, _)| format!("delta_c_m[{particle}]"));
+    let next = "correct the roughness, or the unit in its name: δc rests on it, and no main number does";
+    let asked = || {
+        check(criterion, &texts, "")
+            .concerning(names)
+            .forbidding_if(false)
+            .then(next)
+    };
+    (!texts.is_empty()).then(asked)
 }
 
 /// The check of what was questioned; `plain` is said where nothing was.
@@ -385,7 +404,7 @@ impl Uncertain<'_> {
 }
 
 /// The check of what came out, by least squares and where it was sampled by the posterior: L, δc, k, C, and the Stokes numbers.
-pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Option<Remark> {
+pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> Vec<Remark> {
     let mut questions = vec![];
     let sampled = |kind: ParameterKind| {
         let name = kind.name(scene, runs);
@@ -403,8 +422,13 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
     let both = of_both("L", fitted, sampled(kind));
     let too_small = |l: &Uncertain| l.question([LEAST_LUBRICATION_LOG, f64::INFINITY]);
     questions.extend(both.iter().find_map(too_small));
+    let mut of_roughness = vec![];
     for (index, particle) in scene.particles.iter().enumerate() {
-        questions.extend(both.iter().find_map(|l| beyond_films(particle, l, runs, index)));
+        match both.iter().find_map(|l| beyond_films(particle, l, runs, index)) {
+            Some((true, text)) => of_roughness.push((particle.name.as_str(), text)),
+            Some((false, text)) => questions.push(text),
+            None => {}
+        }
     }
     let kind = ParameterKind::INERTIAL_PREFACTOR;
     let fitted = findings.energy_balance.as_ref().and_then(|own| own.estimate(kind));
@@ -449,7 +473,9 @@ pub(super) fn check_results(scene: &Scene, runs: &Runs, findings: &Findings) -> 
         let (first, then) = (shortened(&outliers), remarks::PLAUSIBLE_RESULT.next_step);
         found.then(format!("look first at {first}: one wrong row is enough; then {then}"))
     };
-    (!runs.is_empty()).then_some(told)
+    let told = (!runs.is_empty()).then_some(told);
+    let of_roughness = of_separation(remarks::PLAUSIBLE_RESULT, &of_roughness);
+    told.into_iter().chain(of_roughness).collect()
 }
 
 /// A parameter by least squares and by the posterior, as far as there is one.
@@ -466,14 +492,20 @@ fn of_both<'a>(symbol: &'a str, fitted: Option<&Estimate>, sampled: Option<&Quan
 }
 
 /// What to say of δc = ε exp(L) of a particle that is thicker than half of its films or more: the viscous loss sets in inside
-/// the film. Without ε of that of the smoothest sphere.
-fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -> Option<String> {
+/// the film. Without an ε that spheres have of that of the smoothest sphere. And whether it is ε that makes it so: with that of
+/// usual spheres it would not be.
+fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -> Option<(bool, String)> {
+    /// m
+    const USUAL: f64 = 10e-6;
     let wet = || runs.series_in(runs.spheres_of(index)).iter().flat_map(Series::runs);
     let mut films: Vec<f64> = wet().map(|run| runs.film[run]).collect();
     films.sort_by(f64::total_cmp);
     let (thickest, middle) = (*films.last()?, films[films.len() / 2]);
     let [smallest, _] = range(wet().map(|run| runs.diameter[run]))?;
-    let roughness = particle.roughness.unwrap_or(SMOOTHEST);
+    let given = particle
+        .roughness
+        .filter(|own| ROUGHNESS.hold(ROUGHNESS.usual().from_si(*own)));
+    let roughness = given.unwrap_or(SMOOTHEST);
     let critical = |l: f64| roughness * l.exp();
     let least = critical(l.ends()[0]);
     let thickness = |x: f64| format!("{} {}", short(FILM.usual().from_si(x)), FILM.usual().symbol);
@@ -481,7 +513,7 @@ fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -
         size if size.is_finite() => thickness(critical(l.value)),
         _ => format!("ε exp({})", short(l.value)),
     };
-    let of_ball = match particle.roughness {
+    let of_ball = match given {
         Some(_) => String::new(),
         None => format!(" where ε were only {}", thickness(SMOOTHEST)),
     };
@@ -491,12 +523,14 @@ fn beyond_films(particle: &Particle, l: &Uncertain, runs: &Runs, index: usize) -
         ("half of its films", middle),
     ];
     let (than, bound) = bounds.into_iter().find(|(_, bound)| least > *bound)?;
-    Some(format!(
+    let is_rough = USUAL.min(roughness) / roughness * least <= middle;
+    let text = format!(
         "δc of {} = {size} by {}{of_ball} is larger than {than} ({})",
         particle.name,
         l.source,
         thickness(bound)
-    ))
+    );
+    Some((is_rough, text))
 }
 
 #[cfg(test)]
