@@ -127,11 +127,10 @@ fn each_term_is_decided_by_its_size() {
             let by_itself = matches!(design.term, "inertia" | "viscous");
             let size = sized.size.expect("the runs scatter");
             assert_eq!(sized.held, by_itself && size >= LINE, "{sized:?}");
-            let told = |code: &str| {
-                let mut notices = found.notices();
-                notices.any(|own| own.code == code && own.text.starts_with(sized.term.in_words()))
-            };
-            assert_eq!(told("term_not_held"), !by_itself && size >= LINE, "{sized:?}");
+            let codes = ["term_not_held", "term_acts"];
+            let mut told = found.remarks.iter().filter(|own| codes.contains(&own.code));
+            let is_told = told.any(|own| own.text.starts_with(sized.term.in_words()));
+            assert_eq!(is_told, !by_itself && size >= LINE, "{sized:?}");
             size
         };
         let term = below.term;
@@ -141,6 +140,29 @@ fn each_term_is_decided_by_its_size() {
             "{term}: {below} {above} {far}"
         );
     }
+}
+
+/// A bridge that acts moves L by many of its ±: the runs show it, which forbids quoting until it is held.
+#[test]
+fn a_bridge_that_the_runs_show_forbids_quoting_until_it_is_held() {
+    const ACTS: &str = "[\"inertia\", \"viscous\", \"bridge\"]";
+    let forbidden = |truth: &'static str, terms: &str| {
+        let design = Design {
+            tension: 60.0,
+            films: [0.06, 0.08],
+            truth,
+            ..USUAL
+        };
+        let scene = design.scene(terms, "2.0").replace("[0.9, ", "[0.4, 0.5, 0.65, 0.9, ");
+        let place = Place::new(&scene.replace("sigma_wet = 0.02", "sigma_wet = 0.01"));
+        let shown = study("a_bridge_that_the_runs_show", 8, |seed| {
+            [place.infer(seed).forbids("term_acts")]
+        });
+        counts(&shown)[0]
+    };
+    assert!(forbidden(ACTS, "\"auto\"") >= 6);
+    assert_eq!(forbidden(ACTS, ACTS), 0);
+    assert_eq!(forbidden(USUAL.truth, "\"auto\""), 0);
 }
 
 /// Below the line a term may be left out, above it is held, by itself or by name; either way intervals cover.

@@ -324,6 +324,7 @@ impl Findings {
             &self.scaling,
         ));
         self.remarks.extend(single_run::unseen_rebounds(scene, runs, &carried));
+        remarks::order_advice(&mut self.remarks);
         let outliers = self.noise.as_ref().map_or(&[][..], |noise| &noise.outliers);
         let outlying = single_run::carrying_outlier(runs, &carried, outliers);
         self.remarks.extend(outlying);
@@ -436,6 +437,7 @@ impl Findings {
         self.main = main_numbers::pick_main_numbers(sources, &mut rows);
         self.estimates = rows;
         self.say_anew(&[remarks::BOOTSTRAP_FAILURES], self.main.check_replicates());
+        self.settle_terms();
         remarks::order_advice(&mut self.remarks);
         self.advise_no_inertia();
         self.main.verdict = main_numbers::judge(&self.remarks);
@@ -450,18 +452,12 @@ impl Findings {
         let exact = exact_constants::exact_constants_notice(scene, runs.sample(), &self.constants, &self.main);
         found.extend(exact);
         self.say_anew(&of_main, found);
-        self.settle_second_order();
     }
 
-    /// Lets the second order of the dry law caution only where leaving it out would move a main number by more than a
-    /// quarter of its ±, and the runs have not rejected it.
-    fn settle_second_order(&mut self) {
-        let is_open = |own: &&SizedTerm| own.term == Term::DrySecondOrder && !own.held;
-        let open = self.fits.terms.iter().find(is_open);
-        let Some(sized) = open.filter(|sized| !sized.is_rejected()) else {
-            return;
-        };
-        let shift = || {
+    /// Lets a term that is not held, and that the runs have not rejected, caution only where leaving it out would move a main
+    /// number by more than a quarter of its ±, and forbid quoting where they show it only above half.
+    fn settle_terms(&mut self) {
+        let shift = |sized: &SizedTerm| {
             let name = sized.moves.as_ref()?;
             let number = &self.main.parameters.iter().find(|own| own.name() == *name)?.number;
             let mut fitted = self.energy_balance.iter().flat_map(|balance| &balance.parameters);
@@ -469,15 +465,20 @@ impl Findings {
             let (_, scale) = fitted.estimate.value_and_scale()?;
             Some(sized.size? * scale / number.se?)
         };
-        let level = match shift() {
-            Some(shift) if shift > remarks::BIAS => Level::Cautions,
-            _ => Level::Informs,
-        };
-        let of_it = |remark: &&mut Remark| says_not_held(remark, sized.term);
-        self.remarks
-            .iter_mut()
-            .filter(of_it)
-            .for_each(|remark| remark.level = level);
+        // forms compare the dry speeds
+        let is_open = |own: &&SizedTerm| own.term != Term::OwnDrySpeed && !own.held && !own.is_rejected();
+        let open = self.fits.terms.iter().filter(is_open);
+        let shifts: Vec<(Term, Option<f64>)> = open.map(|own| (own.term, shift(own))).collect();
+        for (term, shift) in shifts {
+            let beyond = |line: f64| shift.is_some_and(|shift| shift > line);
+            for remark in self.remarks.iter_mut().filter(|remark| says_not_held(remark, term)) {
+                remark.level = match beyond(remarks::FELT) && remarks::TERM_ACTS.is(remark) {
+                    true => Level::Forbids,
+                    false if beyond(remarks::BIAS) => Level::Cautions,
+                    false => Level::Informs,
+                };
+            }
+        }
     }
 
     /// Compares the forms of the law, asks whether L and C are constant, and adds what that says.
@@ -502,6 +503,7 @@ impl Findings {
         self.remarks.extend(checks);
         self.questions = Some(questions);
         self.pick_main_numbers(posterior.scene.as_deref().unwrap_or(scene), runs, Some(posterior));
+        join_terms(&mut self.remarks);
         Ok(())
     }
 
@@ -522,7 +524,32 @@ impl Findings {
 
 /// Whether a remark says that a term is not in the model.
 fn says_not_held(remark: &Remark, term: Term) -> bool {
-    remarks::TERM_NOT_HELD.is(remark) && remark.text.starts_with(term.in_words())
+    let kinds = [remarks::TERM_NOT_HELD, remarks::TERM_ACTS];
+    kinds.iter().any(|kind| kind.is(remark)) && remark.text.starts_with(term.in_words())
+}
+
+/// Says in one caution which terms the model does not hold, once nothing more is to be settled of any.
+fn join_terms(remarks: &mut Vec<Remark>) {
+    let is_open = |remark: &Remark| remarks::TERM_NOT_HELD.is(remark) && remark.cautions();
+    let open: Vec<Remark> = remarks.iter().filter(|own| is_open(own)).cloned().collect();
+    if let (Some(first), Some(place)) = (open.first(), remarks.iter().position(is_open)) {
+        let join = |words: fn(&Remark) -> &str| {
+            let each = open.iter().skip(1).map(|own| learnt::capital(words(own)));
+            [words(first).to_owned()]
+                .into_iter()
+                .chain(each)
+                .collect::<Vec<String>>()
+                .join(". ")
+        };
+        let joined = Remark {
+            value: Some(open.len() as f64),
+            text: join(|own| &own.text),
+            next_step: join(|own| &own.next_step),
+            ..first.clone()
+        };
+        remarks.retain(|own| !is_open(own));
+        remarks.insert(place, joined);
+    }
 }
 
 /// Settles what was said of stuck runs where the posterior counts them.
@@ -610,7 +637,7 @@ mod tests {
                 (sized.held, sized.size, sized.moves) = (false, Some(size), Some(name.clone()));
                 (sized.runs_show, sized.runs_show_se) = (None, None);
             }
-            findings.settle_second_order();
+            findings.settle_terms();
             findings.remarks[0].cautions()
         };
         assert!(cautions(3.0, se) && !cautions(3.0, 20.0 * se) && !cautions(0.2, se));

@@ -405,6 +405,11 @@ pub const DRY_SPEED: Kind = forbids("dry_speed", AtMost(3.0))
     .by("20 to 1 for it; at most 7 of 1,000 right tables gain so much by chance")
     .then(COMPARE_DRY_SPEEDS);
 
+/// What another term that is not held gains so, where it may act in full; forbids quoting where leaving it out would move a main
+/// number by more than [`FELT`] of its ±.
+pub const TERM_ACTS: Kind = forbids("term_acts", AtMost(3.0))
+    .by("20 to 1 for it; chance gains so much for one term or another in 2 of 1,000 right tables");
+
 /// Posterior sds that a trend with the film lies from zero by chance in one table of 700.
 pub const CLEAR_TREND: f64 = 3.2;
 
@@ -427,7 +432,7 @@ pub(super) const LAW_FIRST: &str =
      true looks inside the series alone: where that check then holds, it was offsets";
 
 /// What fails, what else may fail by it, and what to see to first then; what stands above goes before what stands below.
-const FIRST_STEPS: [(&[Kind], &[Kind], &str); 5] = [
+const FIRST_STEPS: [(&[Kind], &[Kind], &str); 6] = [
     (
         &[PRIOR_CONFLICT],
         &OF_A_PRIOR,
@@ -437,12 +442,20 @@ const FIRST_STEPS: [(&[Kind], &[Kind], &str); 5] = [
     (&[LINEAR_LAW], &[WET_LAW_HOLDS], "see what is said of the linear law"),
     (
         &[BETTER_FORM],
-        &[WET_LAW_HOLDS],
+        &[WET_LAW_HOLDS, PLAUSIBLE_RESULT],
         "take the form that predicts better first: this may come of it",
+    ),
+    (
+        &[TERM_ACTS],
+        &[ENERGY_BALANCE, WET_LAW_HOLDS, BETTER_FORM, FILM_TREND, INDEPENDENT_RUNS],
+        "hold the term that the runs show first: this may come of it",
     ),
     (&[WET_LAW_HOLDS, LINEAR_LAW], &[FILM_TREND, INDEPENDENT_RUNS], LAW_FIRST),
     (&[INDEPENDENT_RUNS], &[FILM_TREND], TREND_BESIDE_OFFSETS),
 ];
+
+/// Whether the wet law stands.
+const LAWS: [Kind; 4] = [ENERGY_BALANCE, WET_LAW_HOLDS, LINEAR_LAW, BETTER_FORM];
 
 const OF_A_PRIOR: [Kind; 7] = [
     DRY_CONSISTENCY,
@@ -455,10 +468,13 @@ const OF_A_PRIOR: [Kind; 7] = [
 ];
 
 /// Says what to see to first where several checks fail that one cause may explain.
-pub(super) fn order_advice(remarks: &mut [Remark]) {
+pub(super) fn order_advice(remarks: &mut Vec<Remark>) {
     let fails = |kind: &Kind| remarks.iter().any(|remark| kind.is(remark) && remark.forbids());
+    // what a law makes of stuck runs says nothing where it does not hold itself
+    let law_stands = !LAWS.iter().any(fails);
     let found = FIRST_STEPS.into_iter().filter(|(causes, ..)| causes.iter().any(fails));
     let found: Vec<_> = found.collect();
+    remarks.retain(|remark| law_stands || !UNSEEN_REBOUNDS.is(remark));
     for remark in remarks.iter_mut().filter(|remark| !remark.passed) {
         let first = found
             .iter()
@@ -484,7 +500,7 @@ pub(crate) const VISCOUS_FORM: Kind = found("viscous_form").then(
 );
 pub(crate) const SETTINGS_UNUSED: Kind =
     informing("settings_unused").then("nothing: they were checked, and are read where [model] asks for them");
-pub(crate) const TERM_NOT_HELD: Kind = found("term_not_held").then("name it in [model] terms to hold it");
+pub(crate) const TERM_NOT_HELD: Kind = found("term_not_held");
 pub(crate) const SPEED_ERROR_MATTERS: Kind = found("speed_error_matters")
     .then("give impact_speed_sd_m_s for each run, or leave out the runs nearest to sticking");
 pub(crate) const MEASUREMENT_ERRORS_TOO_LARGE: Kind = found("measurement_errors_too_large")
@@ -639,6 +655,20 @@ mod tests {
         let of_k = failed().concerning(["dry_k[PTFE]".to_owned()]);
         assert!(of_k.forbids() && of_k.concerns == ["dry_k[PTFE]"]);
         assert!(failed().concerning([]).informs());
+    }
+
+    #[test]
+    fn where_another_form_is_better_it_is_advised_before_units_and_no_stuck_run_is_doubted() {
+        let small = || PLAUSIBLE_RESULT.check(1.0, "L is too small");
+        let mut remarks = vec![small(), UNSEEN_REBOUNDS.check(9.0, "a run stuck by the table")];
+        order_advice(&mut remarks);
+        assert!(remarks.len() == 2 && remarks[0] == small());
+        remarks.push(BETTER_FORM.check(9.0, "another form predicts better"));
+        order_advice(&mut remarks);
+        assert!(remarks.iter().all(|remark| !UNSEEN_REBOUNDS.is(remark)));
+        assert!(remarks[0]
+            .next_step
+            .starts_with("take the form that predicts better first"));
     }
 
     /// Where each diameter has its own k.

@@ -16,6 +16,7 @@ use super::remarks::{self, COMPARE_DRY_SPEEDS};
 use super::scaling::Scaling;
 use super::wet_fit::FitSetup;
 use crate::inference::joint::{Joint, JointRow, Part};
+use crate::inference::least_squares::Stop;
 use crate::inference::linearised_joint::Inverse;
 use crate::inference::sums::Sums;
 use crate::model::parameters::{prior_of, ParameterKind};
@@ -24,7 +25,7 @@ use crate::physics::Form;
 use crate::remark::{Level, Remark};
 use crate::rounding::with_se;
 use crate::runs::Series;
-use crate::scene::{Prior, Scene, WetLaw};
+use crate::scene::{NoiseOn, Prior, Scene, WetLaw};
 
 /// Size from which a term matters: 95 % intervals of a model without it then cover less than 94 %.
 pub const LINE: f64 = 0.25;
@@ -63,6 +64,15 @@ impl SizedTerm {
         const CLEAR: f64 = 2.0;
         let shown = self.runs_show.zip(self.runs_show_se);
         shown.is_some_and(|(share, se)| share.min(1.0 - share) > CLEAR * se)
+    }
+
+    /// What a term gains over its being absent, where that is more than chance gives and it may act in full.
+    fn shown_in_full(&self) -> Option<f64> {
+        /// in standard errors
+        const OFF: f64 = 3.0;
+        let (share, se) = self.runs_show.zip(self.runs_show_se)?;
+        let gain = self.gain_without().map(|gain| -gain)?;
+        ((1.0 - share).abs() <= OFF * se && !remarks::TERM_ACTS.holds(gain)).then_some(gain)
     }
 
     /// By how much log density the runs prefer the model without the term to one in which it acts in full; `None` where
@@ -122,7 +132,8 @@ fn term_sizes(setup: FitSetup, scaling: &[Scaling], form: Form, balance: Option<
     };
     // elsewhere than at a fit of every parameter, what the runs have more than the model is no misfit of it
     let is_fitted = joint(form).kinds().all(|kind| fitted(kind).is_some());
-    let at_fit = balance.is_some_and(|own| own.verdict.passed) && is_fitted;
+    let is_least = |own: &EnergyBalance| own.stop == Stop::Converged.as_str() && scene.model.noise != NoiseOn::Both;
+    let at_fit = balance.is_some_and(is_least) && is_fitted;
     let of = |term: Term| {
         let (size, moves) = sums.bias(term).unzip();
         let held = term.is_held(form);
@@ -336,11 +347,15 @@ pub(super) fn term_notice(sized: &SizedTerm) -> Option<Remark> {
     if let Some(gain) = gain.filter(is_shown) {
         return Some(remarks::DRY_SPEED.check(gain, text));
     }
-    let told = remarks::TERM_NOT_HELD.notice(1, text);
-    Some(match sized.term {
-        Term::OwnDrySpeed => told.then(COMPARE_DRY_SPEEDS),
-        _ => told,
-    })
+    if sized.term == Term::OwnDrySpeed {
+        return Some(remarks::TERM_NOT_HELD.notice(1, text).then(COMPARE_DRY_SPEEDS));
+    }
+    let told = match sized.shown_in_full() {
+        Some(gain) => remarks::TERM_ACTS.check(gain, text),
+        None => remarks::TERM_NOT_HELD.notice(1, text),
+    };
+    let key = sized.term.name();
+    Some(told.then(format!("name \"{key}\" with the others in [model] terms to hold it")))
 }
 
 #[cfg(test)]
@@ -386,7 +401,10 @@ mod tests {
         for (term, share, forbids) in [
             (Term::OwnDrySpeed, 0.78, true),
             (Term::OwnDrySpeed, 0.76, false),
-            (Term::DrySecondOrder, 0.9, false),
+            (Term::Bridge, 0.78, true),
+            (Term::DrySecondOrder, 0.76, false),
+            // more than its full effect
+            (Term::Bridge, 1.91, false),
         ] {
             assert_eq!(left_out(term, share).forbids(), forbids, "{term:?} {share}");
         }
