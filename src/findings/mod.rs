@@ -472,10 +472,12 @@ impl Findings {
         for (term, shift) in shifts {
             let beyond = |line: f64| shift.is_some_and(|shift| shift > line);
             for remark in self.remarks.iter_mut().filter(|remark| says_not_held(remark, term)) {
-                remark.level = match beyond(remarks::FELT) && remarks::TERM_ACTS.is(remark) {
-                    true => Level::Forbids,
-                    false if beyond(remarks::BIAS) => Level::Cautions,
-                    false => Level::Informs,
+                remark.level = if beyond(remarks::FELT) && remarks::TERM_ACTS.is(remark) {
+                    Level::Forbids
+                } else if beyond(remarks::BIAS) {
+                    Level::Cautions
+                } else {
+                    Level::Informs
                 };
             }
         }
@@ -531,24 +533,15 @@ fn says_not_held(remark: &Remark, term: Term) -> bool {
 /// Says in one caution which terms the model does not hold, once nothing more is to be settled of any.
 fn join_terms(remarks: &mut Vec<Remark>) {
     let is_open = |remark: &Remark| remarks::TERM_NOT_HELD.is(remark) && remark.cautions();
-    let open: Vec<Remark> = remarks.iter().filter(|own| is_open(own)).cloned().collect();
-    if let (Some(first), Some(place)) = (open.first(), remarks.iter().position(is_open)) {
-        let join = |words: fn(&Remark) -> &str| {
-            let each = open.iter().skip(1).map(|own| learnt::capital(words(own)));
-            [words(first).to_owned()]
-                .into_iter()
-                .chain(each)
-                .collect::<Vec<String>>()
-                .join(". ")
-        };
-        let joined = Remark {
-            value: Some(open.len() as f64),
-            text: join(|own| &own.text),
-            next_step: join(|own| &own.next_step),
-            ..first.clone()
-        };
-        remarks.retain(|own| !is_open(own));
-        remarks.insert(place, joined);
+    let Some(first) = remarks.iter().position(is_open) else {
+        return;
+    };
+    while let Some(further) = remarks[first + 1..].iter().position(is_open) {
+        let other = remarks.remove(first + 1 + further);
+        let own = &mut remarks[first];
+        own.value = Some(own.count() as f64 + 1.0);
+        own.text += &format!(". {}", learnt::capital(&other.text));
+        own.next_step += &format!(". {}", learnt::capital(&other.next_step));
     }
 }
 
@@ -641,6 +634,25 @@ mod tests {
             findings.remarks[0].cautions()
         };
         assert!(cautions(3.0, se) && !cautions(3.0, 20.0 * se) && !cautions(0.2, se));
+    }
+
+    #[test]
+    fn terms_that_caution_are_told_in_one_and_others_by_themselves() {
+        let told = |text: &str| remarks::TERM_NOT_HELD.notice(1, text.to_owned()).then("hold it");
+        let apart = remarks::UNSEEN.notice(1, "one film ratio".to_owned());
+        let rejected = told("inertia").at(Level::Informs);
+        let mut all = vec![
+            told("a bridge"),
+            rejected.clone(),
+            apart.clone(),
+            told("the second order"),
+        ];
+        join_terms(&mut all);
+        assert_eq!((all.len(), &all[1], &all[2]), (3, &rejected, &apart));
+        assert_eq!(
+            (all[0].count(), all[0].text.as_str()),
+            (2, "a bridge. The second order")
+        );
     }
 
     #[test]

@@ -146,7 +146,10 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
         let name = &particle.name;
         questions.extend(DENSITY.question(name, [particle.density].into_iter()));
         let roughness = ROUGHNESS.question(name, particle.roughness.into_iter());
-        of_roughness.extend(roughness.map(|text| (name.as_str(), text)));
+        match scene.model.form().viscous.reads_roughness() {
+            true => questions.extend(roughness),
+            false => of_roughness.extend(roughness.map(|text| (name.as_str(), text))),
+        }
         questions.extend(DIAMETER.question(name, wet.iter().map(|series| series.diameter)));
         let liquids = 0..scene.liquids.len();
         let apart = liquids.filter_map(|liquid| films_apart(scene, runs, index, liquid));
@@ -168,9 +171,6 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
         }
     }
     questions.extend(restitutions_too_small(runs));
-    if scene.model.form().viscous.reads_roughness() {
-        questions.extend(of_roughness.drain(..).map(|(_, text)| text));
-    }
     let plain = "constants, diameters, films and speeds are such as experiments have";
     let asked = (!runs.is_empty()).then(|| check(remarks::PLAUSIBLE_INPUT, &questions, plain));
     let perhaps = perhaps.into_iter().map(|text| remarks::SPEEDS_PERHAPS.notice(1, text));
@@ -182,14 +182,9 @@ pub(super) fn check_input(scene: &Scene, runs: &Runs) -> Vec<Remark> {
 fn of_separation(criterion: Kind, questions: &[(&str, String)]) -> Option<Remark> {
     let texts: Vec<String> = questions.iter().map(|(_, text)| text.clone()).collect();
     let names = questions.iter().map(|(particle, _)| format!("delta_c_m[{particle}]"));
+    let asked = check(criterion, &texts, "").concerning(names).forbidding_if(false);
     let next = "correct the roughness, or the unit in its name: δc rests on it, and no main number does";
-    let asked = || {
-        check(criterion, &texts, "")
-            .concerning(names)
-            .forbidding_if(false)
-            .then(next)
-    };
-    (!texts.is_empty()).then(asked)
+    (!texts.is_empty()).then(|| asked.then(next))
 }
 
 /// The check of what was questioned; `plain` is said where nothing was.
