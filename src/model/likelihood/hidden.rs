@@ -1,30 +1,25 @@
-//! Integrates over a hidden number z, standard normal, that moves what runs keep.
+//! Integrates over a hidden number z, standard normal: the true impact speed of a run whose measured one errs, or of repeats
+//! that share one.
 //!
-//! * The true impact speed of a run whose measured one errs, or of repeats that share one: q = v_t/v = q̄ + s̄ z moves r(q).
-//!   At a true speed the rebound speed is measured about m(r(q)) v_t with σ v_t and its own error, of which the error of the
-//!   impact speed, then known, explains a part where both are correlated: e = v_r/v is distributed about
-//!   M = m(r(q)) q + c (1 − q) with S² = σ² q² + (1 − ρ²) u², c = ρ u v/s. Whether a run sticks depends on its true speed
-//!   alone. Repeats of one true speed have one z, and their densities at it are multiplied: what their mean errs by is an error
-//!   of all of them. Of other films and diameters each has its own r(z).
-//! * Noise on the energy kept by one run: r + σ_r z, with q = 1. Where the speed errs as well, this integral is a factor of that.
+//! q = v_t/v = q̄ + s̄ z moves r(q). At a true speed the rebound speed is measured about m(r(q)) v_t with σ v_t and its own error,
+//! of which the error of the impact speed, then known, explains a part where both are correlated: e = v_r/v is distributed about
+//! M = m(r(q)) q + c (1 − q) with S² = σ² q² + (1 − ρ²) u², c = ρ u v/s. Whether a run sticks depends on its true speed alone.
+//! Repeats of one true speed have one z, and their densities at it are multiplied: what their mean errs by is an error of all of
+//! them. Of other films and diameters each has its own r(z).
 //!
-//! What a run adds at a z is `run_noise.rs`'s; where the nodes lie is `rule.rs`'s.
+//! What a run adds at a z is `run_noise.rs`'s, or with noise on the energy kept `energy.rs`'s; where the nodes lie is `rule.rs`'s.
 
 mod at_nodes;
 mod gauss;
-mod rebounds;
 mod rule;
 
-pub(super) use rebounds::{Rebounds, MOST_REBOUNDS};
-
 use self::gauss::has_converged;
+use super::energy::over_energy;
 use super::errors::Errors;
 use super::run_density::{RunDensity, Seen};
 use super::run_noise::{MeasuredRun, RunNoise};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::physics::balance::{Balance, Impact};
-use crate::physics::dry::Order;
-use crate::runs::TrueSpeed;
 
 /// Runs of one setting, with what is known of them.
 #[derive(Debug, Clone, Copy)]
@@ -36,20 +31,10 @@ pub(super) struct SettingRuns<'b> {
     pub runs: &'b [MeasuredRun],
 }
 
-/// What the hidden number moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Moves {
-    /// the true impact speed
-    Speed,
-    /// the energy kept, by σ_r
-    Energy,
-}
-
-/// Runs that one hidden number moves.
+/// Runs of one true speed.
 #[derive(Clone, Copy)]
 pub(super) struct Hidden<'b> {
     pub noise: RunNoise,
-    pub moves: Moves,
     /// at least one
     pub settings: &'b [SettingRuns<'b>],
 }
@@ -166,6 +151,20 @@ impl SettingRuns<'_> {
         self.runs[0].errors.ratio(z)
     }
 
+    fn at(&self, z: f64) -> Impact {
+        self.balance.at_speed_ratio(&self.impact, self.ratio(z))
+    }
+
+    /// r.
+    fn kept(&self, z: f64) -> f64 {
+        self.balance.kept(&self.at(z)).0
+    }
+
+    /// dr/dz.
+    fn kept_slope(&self, z: f64) -> f64 {
+        self.balance.in_log_speed(&self.at(z))[0] * self.runs[0].errors.true_speed.sd / self.ratio(z)
+    }
+
     /// The same setting with these of its runs.
     fn with<'r>(&self, runs: &'r [MeasuredRun]) -> SettingRuns<'r>
     where
@@ -212,7 +211,7 @@ impl Hidden<'_> {
         let all = sums.density().0.value;
         let mut found = vec![];
         for setting in self.settings {
-            let kept: Vec<f64> = trace.iter().map(|[z, _]| self.kept(setting, *z)).collect();
+            let kept: Vec<f64> = trace.iter().map(|[z, _]| setting.kept(*z)).collect();
             for run in setting.runs {
                 let own = trace.iter().zip(&kept);
                 let own: Vec<f64> = own
@@ -254,55 +253,12 @@ impl Hidden<'_> {
         others.value()
     }
 
-    /// What a run errs by beside what the hidden number stands for.
-    #[inline(always)]
-    fn errors(&self, run: &MeasuredRun) -> Errors {
-        match self.moves {
-            Moves::Speed => run.errors,
-            Moves::Energy => Errors {
-                speed: 0.0,
-                true_speed: TrueSpeed::EXACT,
-                ..run.errors
-            },
-        }
-    }
-
-    fn impact(&self, setting: &SettingRuns, z: f64) -> Impact {
-        match self.moves {
-            Moves::Speed => setting.balance.at_speed_ratio(&setting.impact, setting.ratio(z)),
-            Moves::Energy => setting.impact,
-        }
-    }
-
-    /// r of a setting.
-    fn kept(&self, setting: &SettingRuns, z: f64) -> f64 {
-        self.kept_at(setting, &self.impact(setting, z), z)
-    }
-
-    fn kept_at(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
-        let kept = setting.balance.kept(at).0;
-        match self.moves {
-            Moves::Speed => kept,
-            Moves::Energy => kept + self.noise.energy * z,
-        }
-    }
-
-    /// dr/dz.
-    fn kept_slope(&self, setting: &SettingRuns, at: &Impact, z: f64) -> f64 {
-        if self.moves == Moves::Energy {
-            return self.noise.energy;
-        }
-        setting.balance.in_log_speed(at)[0] * setting.runs[0].errors.true_speed.sd / setting.ratio(z)
-    }
-
-    /// What a run adds at a z, whose setting keeps this there: with noise on the energy kept, where that is not what z stands
-    /// for, integrated over.
+    /// What a run adds at a z, whose setting keeps this there.
     fn density_at(&self, run: &MeasuredRun, kept: f64, z: f64) -> RunDensity {
-        let errors = self.errors(run);
+        let errors = run.errors;
         let ratio = errors.ratio(z);
-        let known = MeasuredRun { errors, ..*run };
-        if self.moves == Moves::Energy || !self.noise.acts_on_energy(kept) {
-            return self.noise.density(&known, kept, ratio);
+        if !self.noise.acts_on_energy(kept) {
+            return self.noise.density(run, kept, ratio);
         }
         let of_true = |e: f64| (e - errors.shared() * (1.0 - ratio)) / ratio;
         let (seen, stretch) = match run.seen {
@@ -317,28 +273,20 @@ impl Hidden<'_> {
                 ..Errors::NONE
             },
         };
-        let of = Hidden::of_energy(self.noise, kept, &known);
+        let of = over_energy(self.noise, kept, &known);
         RunDensity {
             value: of.value - stretch,
             ..of
         }
     }
 
-    /// The log density of a run with noise on the energy, of which it keeps this on average; with its slope in that.
-    pub fn of_energy(noise: RunNoise, kept: f64, run: &MeasuredRun) -> RunDensity {
-        // which keeps so much where nothing else does
-        let balance = Balance::dry(Order::First, 0.0).with_offset(kept - 1.0);
-        Hidden::of_run(noise, Moves::Energy, (&balance, Impact::default()), run)
-    }
-
-    /// The log density of one run of which this is hidden, with its slopes. No part of what calls it, so that runs of which
+    /// The log density of one run by itself, with its slopes. No part of what calls it, so that runs of which
     /// nothing is hidden wait for none of it.
     #[inline(never)]
-    pub fn of_run(noise: RunNoise, moves: Moves, at: (&Balance, Impact), run: &MeasuredRun) -> RunDensity {
+    pub fn of_run(noise: RunNoise, at: (&Balance, Impact), run: &MeasuredRun) -> RunDensity {
         let (balance, impact) = at;
         let hidden = Hidden {
             noise,
-            moves,
             settings: &[SettingRuns {
                 balance,
                 impact,

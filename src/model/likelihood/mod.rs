@@ -18,6 +18,7 @@
 mod asymmetric_laplace;
 mod by_row;
 mod by_series;
+mod energy;
 mod errors;
 mod hidden;
 mod nodes;

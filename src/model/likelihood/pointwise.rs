@@ -246,19 +246,12 @@ impl Pointwise {
         }
     }
 
-    /// What a run adds to the log likelihood that shares its true speed with none; `found` where the density of its rebound is
-    /// known.
+    /// What a run adds to the log likelihood that shares its true speed with none.
     #[inline(always)] // where slopes are not read they are not computed
-    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise, found: Option<RunDensity>) -> RunDensity {
+    pub(super) fn alone(&self, run: usize, at: RunImpact, noise: &RunNoise) -> RunDensity {
         let mut all = RunDensity::default();
         for (seen, sign) in SIGNS.iter().filter_map(|sign| Some((self.factor(run, *sign)?, *sign))) {
-            let known = found.filter(|_| matches!(seen, Seen::Rebound(_)));
-            // a closure would not be inlined
-            let density = match known {
-                Some(known) => known,
-                None => at.density(noise, seen),
-            };
-            all.add(density, sign);
+            all.add(at.density(noise, seen), sign);
         }
         all
     }
@@ -394,7 +387,7 @@ impl EvaluatedLaw<'_> {
 
     /// The same of a run that shares its true speed with none.
     fn ln_likelihood_alone(&self, run: usize) -> f64 {
-        self.pointwise.alone(run, self.impact(run), self.noise(run), None).value
+        self.pointwise.alone(run, self.impact(run), self.noise(run)).value
     }
 
     /// Log likelihood of some runs together, of which none shares its true speed with another one.

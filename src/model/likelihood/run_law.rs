@@ -1,7 +1,8 @@
 //! Says what one run adds to the log likelihood: with the noise of its kind, its tails, and what its measurement errs by.
 
+use super::energy::over_energy;
 use super::errors::Errors;
-use super::hidden::{Hidden, Moves};
+use super::hidden::Hidden;
 use super::run_density::{RunDensity, Seen, Side};
 use super::run_noise::{MeasuredRun, RunNoise};
 use crate::physics::balance::{Balance, Impact};
@@ -39,9 +40,9 @@ impl RunImpact<'_> {
         };
         let (kept, slope_k) = self.kept();
         if self.errors.speed > 0.0 {
-            Hidden::of_run(*noise, Moves::Speed, (self.balance, self.impact), &run)
+            Hidden::of_run(*noise, (self.balance, self.impact), &run)
         } else if noise.acts_on_energy(kept) {
-            Hidden::of_run(*noise, Moves::Energy, (self.balance, self.impact), &run)
+            self.with_slopes(over_energy(*noise, kept, &run), slope_k)
         } else {
             self.with_slopes(noise.density(&run, kept, 1.0), slope_k)
         }
@@ -75,6 +76,6 @@ impl NewImpact {
             seen: Seen::On(Side::Below, restitution),
             errors: Errors::NONE,
         };
-        Hidden::of_energy(noise, kept, &run).value.exp()
+        over_energy(noise, kept, &run).value.exp()
     }
 }

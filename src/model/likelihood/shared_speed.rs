@@ -1,6 +1,6 @@
 //! Holds runs that share a true speed, setting by setting, with what is known of each.
 
-use super::hidden::{Hidden, Moves, SettingRuns};
+use super::hidden::{Hidden, SettingRuns};
 use super::run_noise::{MeasuredRun, RunNoise};
 use crate::physics::balance::{Balance, Impact};
 
@@ -39,7 +39,6 @@ impl SharedRuns {
         });
         of(Hidden {
             noise,
-            moves: Moves::Speed,
             settings: &settings.collect::<Vec<SettingRuns>>(),
         })
     }

@@ -4,7 +4,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Column, Hidden, Moves, SettingNodes, SettingRuns, Sums, MOST_NODES};
+use super::{Column, Hidden, SettingNodes, SettingRuns, Sums, MOST_NODES};
 use crate::distributions::LN_ROOT_TWO_PI;
 use crate::exponential::{exponential, is_fused, logarithm};
 use crate::lanes;
@@ -96,14 +96,12 @@ impl RuleNodes {
 }
 
 impl Hidden<'_> {
-    /// Whether runs have normal noise on the restitution alone, and z all that is hidden of them.
+    /// Whether runs have normal noise on the restitution alone.
     pub(super) fn is_plain(&self) -> bool {
         /// whose square is then a number of which [`logarithm`] gives the logarithm
         const SIGMA: std::ops::Range<f64> = 1e-30..1e30;
         let noise = self.noise;
-        noise.tails == Tails::Normal
-            && SIGMA.contains(&noise.sigma)
-            && (self.moves == Moves::Energy || noise.energy == 0.0)
+        noise.tails == Tails::Normal && SIGMA.contains(&noise.sigma) && noise.energy == 0.0
     }
 
     /// Adds nodes to sums.
@@ -163,7 +161,7 @@ impl WithSimd for Nodes<'_, '_> {
             *ln = -0.5 * z * z;
         }
         for (setting, to) in hidden.settings.iter().zip(sums.at.iter_mut()) {
-            hidden.setting_at(setting, z, fused, to);
+            setting.at_nodes(z, fused, to);
             let (mut mean, mut slope) = ([0.0; MOST_NODES], [1.0; MOST_NODES]);
             for ((mean, slope), kept) in mean[..count].iter_mut().zip(&mut slope[..count]).zip(&to.kept[..count]) {
                 (*mean, *slope) = mean_and_slope(*kept);
@@ -176,7 +174,7 @@ impl WithSimd for Nodes<'_, '_> {
                 let at = mean[..count].iter().zip(&slope[..count]).zip(z);
                 match run.seen {
                     Seen::Rebound(e) if is_plain => {
-                        let errors = hidden.errors(run);
+                        let errors = run.errors;
                         let shared = errors.shared();
                         for (((ln, of_kept), of_sigma), ((mean, slope), z)) in sums.zip(at) {
                             let ratio = errors.ratio(*z);
@@ -243,10 +241,6 @@ impl WithSimd for Nodes<'_, '_> {
             for (of_kept, part) in of_kept.iter_mut().zip(of_parts) {
                 *of_kept *= part;
             }
-            if hidden.moves == Moves::Energy {
-                // r + σ_r z
-                sums.of[2] += lanes::sums([of_kept, z], |[of_kept, z]| [of_kept * z])[0];
-            }
             let columns = [&of.of_kept, &of.over_stokes, &of.slope_k].map(|column| &column[..count]);
             let slopes = lanes::sums(columns, |[of_kept, x, of_k]| [of_kept, of_kept * x, of_kept * of_k]);
             for (sum, more) in sum.iter_mut().zip(slopes) {
@@ -263,35 +257,24 @@ impl WithSimd for Nodes<'_, '_> {
     }
 }
 
-impl Hidden<'_> {
-    /// Writes what a setting keeps at each node.
+impl SettingRuns<'_> {
+    /// Writes what is kept at each node.
     #[inline(always)]
-    fn setting_at(&self, setting: &SettingRuns, places: &[f64], fused: bool, to: &mut SettingNodes) {
-        if self.moves == Moves::Energy {
-            let (kept, of_k) = setting.balance.kept(&setting.impact);
-            for (to, z) in to.kept.iter_mut().zip(places) {
-                *to = kept + self.noise.energy * z;
-            }
-            to.slope_k[..places.len()].fill(of_k);
-            to.over_stokes[..places.len()].fill(setting.impact.over_stokes);
-            return;
-        }
+    fn at_nodes(&self, places: &[f64], fused: bool, to: &mut SettingNodes) {
         let mut roots = [1.0; MOST_NODES];
         let roots = &mut roots[..places.len()];
-        if setting.balance.own_speed {
+        if self.balance.own_speed {
             for (root, z) in roots.iter_mut().zip(places) {
-                *root = exponential(POWER * logarithm(setting.ratio(*z), fused), fused);
+                *root = exponential(POWER * logarithm(self.ratio(*z), fused), fused);
             }
         }
         // each a loop of its own without a choice in it
-        match setting.balance.order {
-            Order::First => setting.kept_at(Order::First, places, roots, to),
-            Order::Second => setting.kept_at(Order::Second, places, roots, to),
+        match self.balance.order {
+            Order::First => self.kept_at(Order::First, places, roots, to),
+            Order::Second => self.kept_at(Order::Second, places, roots, to),
         }
     }
-}
 
-impl SettingRuns<'_> {
     /// What an impact keeps, where the dry speed's fifth root is so many times as large.
     #[inline(always)]
     fn kept_at(&self, order: Order, places: &[f64], roots: &[f64], to: &mut SettingNodes) {

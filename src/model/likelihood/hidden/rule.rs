@@ -7,8 +7,7 @@
 
 use super::at_nodes::{Path, RuleNodes};
 use super::gauss::{has_converged, GAUSS, HERMITE, HERMITE_NODES};
-use super::{AtNodes, Hidden, Moves, SettingRuns, Sums, FALL, MOST_NODES, REACH};
-use crate::distributions::LN_ROOT_TWO_PI;
+use super::{AtNodes, Hidden, SettingRuns, Sums, FALL, MOST_NODES, REACH};
 use crate::model::likelihood::run_density::Seen;
 use crate::model::likelihood::run_noise::{MeasuredRun, RunNoise};
 use crate::model::likelihood::tails::Tails;
@@ -19,10 +18,9 @@ use crate::roots::root_between;
 const MOST_PANELS: usize = 20_000;
 
 /// Standard deviations of whatever is narrow that a panel is long: Gauss's rule of order 12 has 1e-9 of a normal density over so
-/// many; Student's has a pole about one from the line. And those beyond which noise on the energy meets nothing as narrow, as
-/// Student's pole is as far off as the place is from what is known.
-const NORMAL: [f64; 2] = [5.0, f64::INFINITY];
-const STUDENT: [f64; 2] = [1.5, 1.0];
+/// many; Student's has a pole about one from the line.
+const NORMAL: f64 = 5.0;
+const STUDENT: f64 = 1.5;
 
 /// A place of a bell and its width, in the variable of a path.
 #[derive(Debug, Clone, Copy)]
@@ -61,26 +59,28 @@ impl Panels {
     }
 }
 
-impl Hidden<'_> {
-    /// The path about a place where a setting keeps so much.
-    fn turn_path(&self, setting: &SettingRuns, z: f64) -> Path {
-        let at = self.impact(setting, z);
-        let slope = self.kept_slope(setting, &at, z);
+impl SettingRuns<'_> {
+    /// The path about a z.
+    fn turn_path(&self, z: f64) -> Path {
+        let slope = self.kept_slope(z);
         Path::Turn {
-            kept: self.kept_at(setting, &at, z) - slope * z,
+            kept: self.kept(z) - slope * z,
             slope,
         }
     }
 
+    /// z where r is zero within reach.
+    fn turn(&self, reach: f64) -> Option<f64> {
+        root_between([-reach, reach], |z| self.kept(z))
+    }
+}
+
+impl Hidden<'_> {
     /// Writes the integral to the sums where the integrand is all but normal; else false, and what the sums hold is nothing.
     pub(super) fn over_bell(&self, sums: &mut Sums) -> bool {
         // Student's tails fall too slowly for what the last coefficients say
         if self.noise.tails != Tails::Normal {
             return false;
-        }
-        if self.moves == Moves::Energy {
-            let path = self.turn_path(&self.settings[0], 0.0);
-            return self.over_bell_of(path, sums);
         }
         if self.over_bell_of(Path::Straight, sums) {
             return true;
@@ -88,8 +88,8 @@ impl Hidden<'_> {
         let [setting] = self.settings else {
             return false;
         };
-        let turn = self.turn(setting, REACH);
-        turn.is_some_and(|z| self.over_bell_of(self.turn_path(setting, z), sums))
+        let turn = setting.turn(REACH);
+        turn.is_some_and(|z| self.over_bell_of(setting.turn_path(z), sums))
     }
 
     /// The same along a path.
@@ -128,7 +128,7 @@ impl Hidden<'_> {
         let run = &self.settings[0].runs[0];
         // a step of Gauss–Newton's from the restitution, or from where z is nought: the rest is found by the nodes themselves
         let (e, own) = match run.seen {
-            Seen::Rebound(e) => (e, 1.0 / self.errors(run).variance(self.noise.sigma)),
+            Seen::Rebound(e) => (e, 1.0 / run.errors.variance(self.noise.sigma)),
             Seen::On(..) | Seen::Measured(..) => (path.place(0.0), 0.0),
         };
         // far from the turn m⁻¹(x) is x |x|, and near it there is no bell
@@ -156,37 +156,22 @@ impl Hidden<'_> {
         const PLACES: usize = 8;
         let far = |ln: f64| (2.0 * (FALL + self.largest() - ln)).max(0.0).sqrt();
         let mut places = vec![0.0];
-        match self.moves {
-            Moves::Speed => {
-                for (turn, _) in self.turns(far(self.ln_at(&places, sums)[0])) {
-                    places.extend((1..=PLACES).map(|place| turn * place as f64 / PLACES as f64));
-                }
-            }
-            // noise on the restitution may be so little that a run comes from nowhere else than beside what is known of it
-            Moves::Energy => {
-                let path = self.turn_path(&self.settings[0], 0.0);
-                places.extend([self.known()[0], self.start(path).x].map(|x| path.at(x)[0]));
-            }
+        for (turn, _) in self.turns(far(self.ln_at(&places, sums)[0])) {
+            places.extend((1..=PLACES).map(|place| turn * place as f64 / PLACES as f64));
         }
         let best = self.ln_at(&places, sums).into_iter().fold(f64::NEG_INFINITY, f64::max);
         let far = far(best);
-        let turns = match self.moves {
-            Moves::Speed => self.turns(far),
-            // r is a straight line there
-            Moves::Energy => vec![(self.turn_path(&self.settings[0], 0.0).at(0.0)[0], 0)],
-        };
+        let turns = self.turns(far);
         let mut segments = vec![];
         for (place, (z, setting)) in turns.iter().enumerate() {
             let half_way = |other: &(f64, usize)| 0.5 * (z + other.0);
             let before = place.checked_sub(1).map_or(-far, |before| half_way(&turns[before]));
             let after = turns.get(place + 1).map_or(far, half_way);
-            segments.push((self.turn_path(&self.settings[*setting], *z), [before, after]));
+            segments.push((self.settings[*setting].turn_path(*z), [before, after]));
         }
         if turns.is_empty() {
             segments.push((Path::Straight, [-far, far]));
         }
-        let (within, certain) = self.uncertain(far);
-        let best = best.max(certain + LN_ROOT_TWO_PI);
         let mut panels = Panels {
             all: vec![],
             best,
@@ -195,14 +180,13 @@ impl Hidden<'_> {
                 .fold([0.0; 2], |[lo, hi]: [f64; 2], (z, _)| [lo.min(*z), hi.max(*z)]),
         };
         for (path, ends) in segments {
-            let mut ends = ends.map(|z| path.place(z).max(within[0]).min(within[1]));
+            let mut ends = ends.map(|z| path.place(z));
             ends.sort_by(f64::total_cmp);
             self.panels_of(path, ends, sums, &mut panels)?;
         }
         let Panels { all: panels, best, .. } = panels;
         sums.clear();
         sums.reference = best;
-        sums.of[0] = (certain + LN_ROOT_TWO_PI - best).exp();
         let mut nodes = RuleNodes::along(Path::Straight);
         for Panel { path, ends, ln } in panels {
             if ln.iter().all(|ln| *ln < best - FALL) {
@@ -220,45 +204,17 @@ impl Hidden<'_> {
         Some(())
     }
 
-    /// Restitution that is known of the one run whose noise on the energy is integrated over, with the standard deviation of the
-    /// noise on it.
-    fn known(&self) -> [f64; 2] {
-        let (run, sigma) = (&self.settings[0].runs[0], self.noise.sigma);
-        match run.seen {
-            Seen::On(_, limit) => [limit, sigma],
-            Seen::Rebound(e) | Seen::Measured(_, e) => [e, self.errors(run).variance(sigma).sqrt()],
-        }
-    }
-
-    /// Places along x beyond which noise on the energy leaves nothing of a rebound, or a side is certain, with the logarithm of the
-    /// probability of the latter; everywhere where the noise on the restitution is not normal.
-    fn uncertain(&self, far: f64) -> ([f64; 2], f64) {
-        if self.moves == Moves::Speed || self.noise.tails != Tails::Normal {
-            return ([f64::NEG_INFINITY, f64::INFINITY], f64::NEG_INFINITY);
-        }
-        let [known, sd] = self.known();
-        let certain = match self.settings[0].runs[0].seen {
-            Seen::Rebound(_) => f64::NEG_INFINITY,
-            Seen::On(side, _) | Seen::Measured(side, _) => {
-                let path = self.turn_path(&self.settings[0], 0.0);
-                let [z, _] = path.at(known - side.sign() * far * sd);
-                self.noise.tails.ln_below(side.sign() * z)
-            }
-        };
-        ([known - far * sd, known + far * sd], certain)
-    }
-
     /// Adds panels between two places, from the turn outwards until there is nothing and less follows; `None` where there is no end of them.
     fn panels_of(&self, path: Path, [lo, hi]: [f64; 2], sums: &mut Sums, to: &mut Panels) -> Option<()> {
         if lo.is_nan() || hi.is_nan() {
             return None;
         }
         let inner = 0f64.clamp(lo, hi.max(lo));
-        let [widths, apart] = match self.noise.tails {
+        let widths = match self.noise.tails {
             Tails::Normal => NORMAL,
             _ => STUDENT,
         };
-        let longest = |x: f64| widths / self.narrowness(path, x, apart);
+        let longest = |x: f64| widths / self.narrowness(path, x);
         for end in [lo, hi] {
             let mut places = vec![inner];
             let mut is_done = inner == end;
@@ -292,33 +248,25 @@ impl Hidden<'_> {
         Some(())
     }
 
-    /// By how many standard deviations of whatever is narrow the integrand moves with a place. Noise on the energy meets nothing
-    /// as narrow as that on the restitution more than `apart` of these off.
-    fn narrowness(&self, path: Path, x: f64, apart: f64) -> f64 {
+    /// By how many standard deviations of whatever is narrow the integrand moves with a place.
+    fn narrowness(&self, path: Path, x: f64) -> f64 {
         let [z, stretch] = path.at(x);
         let RunNoise { sigma, energy, .. } = self.noise;
         let mut squares = 1.0;
         for setting in self.settings {
-            let impact = self.impact(setting, z);
-            let (mean, slope) = mean_and_slope(self.kept_at(setting, &impact, z));
-            let of_mean = slope * self.kept_slope(setting, &impact, z);
+            let (mean, slope) = mean_and_slope(setting.kept(z));
+            let of_mean = slope * setting.kept_slope(z);
             let further = (slope * energy).powi(2);
             for run in setting.runs {
-                let (moved, variance, known) = match run.seen {
-                    Seen::Rebound(e) | Seen::Measured(_, e) => {
-                        let errors = self.errors(run);
-                        let ratio = errors.ratio(z);
-                        let moved = errors.moved(ratio, mean, of_mean);
-                        (moved, [errors.variance(sigma * ratio), ratio * ratio * further], e)
+                let (moved, variance) = match run.seen {
+                    Seen::Rebound(_) | Seen::Measured(..) => {
+                        let ratio = run.errors.ratio(z);
+                        let moved = run.errors.moved(ratio, mean, of_mean);
+                        (moved, run.errors.variance(sigma * ratio) + ratio * ratio * further)
                     }
-                    Seen::On(_, limit) => (of_mean, [sigma * sigma, further], limit),
+                    Seen::On(..) => (of_mean, sigma * sigma + further),
                 };
-                let [own, further] = variance;
-                squares += moved * moved
-                    / match self.moves {
-                        Moves::Speed => own + further,
-                        Moves::Energy => own.max(((known - mean) / apart).powi(2)),
-                    };
+                squares += moved * moved / variance;
             }
         }
         stretch * squares.sqrt()
@@ -328,23 +276,17 @@ impl Hidden<'_> {
     pub(super) fn turns(&self, reach: f64) -> Vec<(f64, usize)> {
         let mut turns = vec![];
         for (setting, of) in self.settings.iter().enumerate() {
-            turns.extend(self.turn(of, reach).map(|z| (z, setting)));
+            turns.extend(of.turn(reach).map(|z| (z, setting)));
         }
         turns.sort_by(|a, b| a.0.total_cmp(&b.0));
         turns
-    }
-
-    /// z where the r of a setting is zero within reach.
-    fn turn(&self, setting: &SettingRuns, reach: f64) -> Option<f64> {
-        root_between([-reach, reach], |z| self.kept(setting, z))
     }
 
     /// The largest value that the logarithm of all factors but φ has.
     fn largest(&self) -> f64 {
         let of = |run: &MeasuredRun| match run.seen {
             Seen::Rebound(_) => {
-                let errors = self.errors(run);
-                let least = errors.variance(self.noise.sigma * errors.ratio(-REACH));
+                let least = run.errors.variance(self.noise.sigma * run.errors.ratio(-REACH));
                 self.noise.tails.ln_density(0.0).value - 0.5 * least.max(f64::MIN_POSITIVE).ln()
             }
             Seen::On(..) | Seen::Measured(..) => 0.0,

@@ -11,9 +11,11 @@ use crate::model::likelihood::normal::ln_normal_cdf;
 use crate::model::likelihood::run_density::Side;
 use crate::model::likelihood::run_law::RunImpact;
 use crate::model::likelihood::tails::Tails;
+use crate::physics::dry::Order;
 use crate::physics::loss::Share;
-use crate::physics::rebound::{kept_and_slope, kept_of_mean_restitution, mean_restitution, TURN};
+use crate::physics::rebound::{kept_of_mean_restitution, mean_restitution, TURN};
 use crate::physics::{DrySpeed, Form, Inertia};
+use crate::runs::TrueSpeed;
 use crate::scene::LikelihoodFamily;
 
 /// A run with all that its density reads.
@@ -22,7 +24,6 @@ struct Case {
     balance: Balance,
     impact: Impact,
     noise: RunNoise,
-    moves: Moves,
     errors: Errors,
     e: f64,
 }
@@ -48,7 +49,6 @@ impl Case {
     fn hidden<'c>(&self, settings: &'c [SettingRuns<'c>]) -> Hidden<'c> {
         Hidden {
             noise: self.noise,
-            moves: self.moves,
             settings,
         }
     }
@@ -122,13 +122,21 @@ impl Case {
         (0..count).map(repeat).collect()
     }
 
+    /// Whether the true speed is hidden; else noise on the energy is.
+    fn hides_speed(&self) -> bool {
+        self.errors.speed > 0.0
+    }
+
     /// With a restitution drawn at values of the hidden number and of the noise.
     fn drawn(self, z: f64, of_noise: f64) -> Case {
         let run = [self.measured(Seen::Rebound(0.0))];
-        let setting = [self.setting(&run)];
-        let hidden = self.hidden(&setting);
-        let ratio = hidden.errors(&run[0]).ratio(z);
-        let mean = mean_restitution(hidden.kept(&setting[0], z));
+        let ratio = self.errors.ratio(z);
+        let kept = if self.hides_speed() {
+            self.setting(&run).kept(z)
+        } else {
+            self.balance.kept(&self.impact).0 + self.noise.energy * z
+        };
+        let mean = mean_restitution(kept);
         let spread = self.errors.variance(self.noise.sigma * ratio).sqrt();
         let e = mean * ratio + self.errors.shared() * (1.0 - ratio) + spread * of_noise;
         Case { e, ..self }
@@ -187,7 +195,6 @@ fn of_speed(rng: &mut ChaCha8Rng, index: usize, energy: f64) -> Case {
         balance,
         impact,
         noise,
-        moves: Moves::Speed,
         errors,
         e: 0.0,
     }
@@ -222,7 +229,6 @@ fn of_energy(rng: &mut ChaCha8Rng, index: usize) -> Case {
             ..Impact::default()
         },
         noise,
-        moves: Moves::Energy,
         errors: Errors::NONE,
         e: 0.0,
     }
@@ -281,7 +287,7 @@ fn of_all(name: &str, count: usize) -> Vec<(LikelihoodFamily, Case)> {
 fn ln_at(hidden: &Hidden, z: f64) -> f64 {
     let mut ln = -0.5 * z * z;
     for setting in hidden.settings {
-        let kept = hidden.kept(setting, z);
+        let kept = setting.kept(z);
         for run in setting.runs {
             ln += hidden.density_at(run, kept, z).value;
         }
@@ -289,39 +295,38 @@ fn ln_at(hidden: &Hidden, z: f64) -> f64 {
     ln
 }
 
-/// z at a place of another variable, and its slope there.
-type Place = Box<dyn Fn(f64) -> [f64; 2]>;
-
-/// The same integral with so many steps over the whole line: of the energy in a variable in which the turn is as wide as anything
-/// else.
+/// The same integral with so many steps over the whole line.
 fn brute(hidden: &Hidden, steps: usize) -> f64 {
+    // about where it is largest, be that far off
+    let coarse = |index: i32| 0.2 * f64::from(index);
+    let lns: Vec<f64> = (-5_000..=5_000).map(|index| ln_at(hidden, coarse(index))).collect();
+    let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let counts = |index: &i32| lns[(index + 5_000) as usize] > most - 60.0;
+    let lo = (-5_000..=5_000).find(counts).map_or(0.0, coarse);
+    let hi = (-5_000..=5_000).rev().find(counts).map_or(0.0, coarse);
+    sum([lo - 2.0, hi + 2.0], steps, |z| ln_at(hidden, z))
+}
+
+/// The integral over noise on the energy in a variable in which the turn is as wide as anything else.
+fn brute_over_energy(case: &Case, seen: Seen, steps: usize) -> f64 {
     const TURN2: f64 = TURN * TURN;
-    let setting = &hidden.settings[0];
-    let (lo, hi, place): (f64, f64, Place) = if hidden.moves == Moves::Energy {
-        let (r, energy) = (hidden.kept(setting, 0.0), hidden.noise.energy);
-        let far = 14.0 * energy;
-        // as far as where e lies, where a run is as unlikely as that
-        let (Seen::Rebound(e) | Seen::On(_, e) | Seen::Measured(_, e)) = setting.runs[0].seen;
-        let y = kept_and_slope(e).0;
-        let (lo, hi) = ((r - far).min(y - far), (r + far).max(y + far));
-        let place = move |s: f64| [(TURN2 * s.sinh() - r) / energy, TURN2 * s.cosh() / energy];
-        ((lo / TURN2).asinh(), (hi / TURN2).asinh(), Box::new(place))
-    } else {
-        // about where it is largest, be that far off
-        let coarse = |index: i32| 0.2 * f64::from(index);
-        let lns: Vec<f64> = (-5_000..=5_000).map(|index| ln_at(hidden, coarse(index))).collect();
-        let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let counts = |index: &i32| lns[(index + 5_000) as usize] > most - 60.0;
-        let lo = (-5_000..=5_000).find(counts).map_or(0.0, coarse);
-        let hi = (-5_000..=5_000).rev().find(counts).map_or(0.0, coarse);
-        (lo - 2.0, hi + 2.0, Box::new(|z| [z, 1.0]))
-    };
+    let RunNoise { energy, .. } = case.noise;
+    let r = case.balance.kept(&case.impact).0;
+    // as far as where e lies, where a run is as unlikely as that
+    let (Seen::Rebound(e) | Seen::On(_, e) | Seen::Measured(_, e)) = seen;
+    let (far, y) = (14.0 * energy, kept_of_mean_restitution(e));
+    let ends = [(r - far).min(y - far), (r + far).max(y + far)].map(|y| (y / TURN2).asinh());
+    sum(ends, steps, |s| {
+        let (kept, stretch) = (TURN2 * s.sinh(), TURN2 * s.cosh() / energy);
+        let z = (kept - r) / energy;
+        case.noise.density(&case.measured(seen), kept, 1.0).value - 0.5 * z * z + stretch.ln()
+    })
+}
+
+/// The logarithm of an integral over φ of this logarithm.
+fn sum([lo, hi]: [f64; 2], steps: usize, ln_at: impl Fn(f64) -> f64) -> f64 {
     let step = (hi - lo) / steps as f64;
-    let part = |index: usize| {
-        let [z, stretch] = place(lo + step * index as f64);
-        ln_at(hidden, z) + stretch.ln()
-    };
-    let lns: Vec<f64> = (0..=steps).map(part).collect();
+    let lns: Vec<f64> = (0..=steps).map(|index| ln_at(lo + step * index as f64)).collect();
     let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     most + (lns.iter().map(|ln| (ln - most).exp()).sum::<f64>() * step).ln() - LN_ROOT_TWO_PI
 }
@@ -339,8 +344,12 @@ fn worst(cases: &[Case], steps: usize) -> f64 {
         let of = |seen: Seen| {
             let run = [case.measured(seen)];
             let setting = [case.setting(&run)];
-            let hidden = case.hidden(&setting);
-            let (found, expected) = (hidden.value(), brute(&hidden, steps));
+            let expected = if case.hides_speed() {
+                brute(&case.hidden(&setting), steps)
+            } else {
+                brute_over_energy(case, seen, steps)
+            };
+            let found = case.density(seen).value;
             let gap = (found - expected).abs() / expected.abs().max(1.0);
             assert!(gap < 1e-6, "{case:?} {seen:?}: {found} {expected}");
             gap
@@ -490,39 +499,6 @@ fn repeats_of_other_settings_share_their_true_speed() {
     let turns: Vec<usize> = turns.collect();
     let several = turns.iter().filter(|count| **count > 1).count();
     assert!(several > 10 && turns.contains(&SETTINGS), "{turns:?}");
-}
-
-/// The border of the rebounds that are taken many at a time.
-#[test]
-fn many_rebounds_at_once_are_as_one() {
-    let (mut together, mut all) = (0, 0);
-    for chunk in energies("many_rebounds_at_once_are_as_one", 400).chunks(20) {
-        // rebounds of one call have their spreads in common
-        for noise in chunk.iter().map(|case| case.noise) {
-            let mut rebounds = Rebounds::NONE;
-            for case in chunk {
-                rebounds.push(case.e, case.balance.kept(&case.impact).0);
-            }
-            let found = rebounds.densities(noise);
-            assert!(found[chunk.len()..].iter().all(Option::is_none));
-            all += chunk.len();
-            for (case, found) in chunk.iter().zip(found) {
-                let Some(found) = found else {
-                    continue;
-                };
-                together += 1;
-                let expected = Case { noise, ..*case }.density(Seen::Rebound(case.e));
-                let RunNoise { sigma, energy, .. } = noise;
-                let units = [1.0, energy, sigma, energy];
-                let slopes = |of: RunDensity| [of.value, of.kept, of.sigma, of.energy];
-                for ((found, expected), unit) in slopes(found).into_iter().zip(slopes(expected)).zip(units) {
-                    let gap = (found - expected).abs() * unit / (1.0 + (expected * unit).abs());
-                    assert!(gap < 2e-6, "{case:?} {noise:?}: {found} {expected}");
-                }
-            }
-        }
-    }
-    assert!(4 * together > all && together < all, "{together} of {all}");
 }
 
 /// Where a search for the mode may try them: nothing is returned that could pass for a density, and nothing panics.
