@@ -4,6 +4,7 @@ use super::likelihood::{Likelihood, OutsideDomain};
 use super::parameters::{ModelParameters, ParameterKind};
 use super::series_offsets::{coordinates_about, OffsetCoordinate};
 use super::transforms::{slopes_in_total_and_angle, spreads_at, total_and_angle, Mapped, Transform};
+use crate::scene::Prior;
 
 /// The spreads of wet runs, where noise acts on the energy kept, too.
 const SPREADS: [ParameterKind; 2] = [ParameterKind::SigmaWet, ParameterKind::SigmaEnergy];
@@ -50,6 +51,12 @@ impl PosteriorDensity {
         let spreads = spreads[0].zip(spreads[1]).map(<[usize; 2]>::from);
         if let Some([_, angle]) = spreads {
             transforms[angle] = Transform::RightAngle;
+        }
+        // the runs of few series do not tell their spread from none
+        if let Some(at) = parameters.place(ParameterKind::SigmaSeries) {
+            if let Prior::HalfNormal(scale) = parameters.sampled[at].prior {
+                transforms[at] = Transform::FromNought(scale);
+            }
         }
         PosteriorDensity {
             spreads,

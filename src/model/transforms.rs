@@ -3,8 +3,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
-use super::likelihood::normal::normal_cdf;
+use super::likelihood::normal::{ln_normal_cdf, normal_cdf};
 use crate::distributions::normal_quantile;
+use crate::roots::root_between;
 
 /// How a parameter inside (lower, upper) is made unbounded.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +18,9 @@ pub enum Transform {
     Free,
     /// x = π/2 Φ(u), for an angle whose ends are nothing special: a density that is even about them has the tails of a normal
     RightAngle,
+    /// x = s (u Φ(u) + φ(u)) with the scale s, for a spread that may as well be 0: below some s it has the tail of a normal, and
+    /// far above it is s u
+    FromNought(f64),
 }
 
 /// A parameter's value with what a density needs of the map.
@@ -85,6 +89,17 @@ impl Transform {
                     ln_jacobian_slope: -u,
                 }
             }
+            Transform::FromNought(scale) => {
+                let (ln_below, slope) = ln_normal_cdf(u);
+                let below = ln_below.exp();
+                Mapped {
+                    // with the density as the slope has it, so that both nearly cancel without loss far below 0
+                    value: scale * below * (u + slope),
+                    slope: scale * below,
+                    ln_jacobian: scale.ln() + ln_below,
+                    ln_jacobian_slope: slope,
+                }
+            }
         }
     }
 
@@ -104,6 +119,13 @@ impl Transform {
             }
             Transform::Free => value,
             Transform::RightAngle => normal_quantile(inside(value / FRAC_PI_2)),
+            Transform::FromNought(scale) => {
+                /// where nothing is left
+                const FAR: f64 = -30.0;
+                let of_scale = if value > 0.0 { value / scale } else { INSIDE };
+                let nought = |u: f64| self.at(u).value / scale - of_scale;
+                root_between([FAR, of_scale], nought).unwrap_or(of_scale)
+            }
         }
     }
 }
@@ -136,11 +158,12 @@ pub fn slopes_in_total_and_angle([sigma, energy]: [f64; 2], [of_sigma, of_energy
 mod tests {
     use super::*;
 
-    const ALL: [Transform; 4] = [
+    const ALL: [Transform; 5] = [
         Transform::Above(0.3),
         Transform::Between(-0.2, 1.7),
         Transform::Free,
         Transform::RightAngle,
+        Transform::FromNought(0.02),
     ];
 
     #[test]
