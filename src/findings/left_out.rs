@@ -42,6 +42,9 @@ const WARMUP_BESIDE: usize = 300;
 const FAR_BEHIND: f64 = 50.0;
 const FAR_BEHIND_IN_SE: f64 = 5.0;
 
+/// Draws that series are left out by, each of which finds the highest offsets anew: the weights of few series need no more.
+const DRAWS_OF_SERIES: usize = 2000;
+
 /// Runs, or series, of one model that are left out by draws of their own; where more weigh too much, or more than half of
 /// them, the model does not describe them or has as many parameters.
 const MOST_REFITS: usize = 8;
@@ -178,6 +181,8 @@ impl Model<'_> {
     /// Each run left out by weights alone.
     fn weigh_out(&self, sampled: &Sampled, held: Option<&RunDensities>) -> Result<(Loo, usize), String> {
         let used = affordable_draws(self.context.runs, sampled.draws()).ok_or("too many runs to leave each out")?;
+        let has_offsets = self.context.scene.model.series_offsets;
+        let used = if has_offsets { used.min(DRAWS_OF_SERIES) } else { used };
         let units = Units::new(self.context.scene, self.context.runs, self.setup);
         let full = sampled.full_draws();
         let step = full.len().div_ceil(used).max(1);
