@@ -1,11 +1,13 @@
 //! Samples a log density by the No-U-Turn sampler; the only file that names the crate that has it.
 //!
 //! The space is first made round with the curvature at the mode: then neither correlation nor scale of the parameters
-//! costs steps, and adaptation has little left to do.
+//! costs steps, and adaptation has little left to do. Where trajectories are long even so, as the offsets of series make them
+//! whose spread is not that of the mode, a chain goes on in a space in which its own first draws are round.
 
 use std::collections::HashMap;
 use std::sync::mpsc::channel;
 
+use nalgebra::{DMatrix, DVector};
 use nuts_rs::{Chain as _, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings as _};
 use rand::rngs::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -196,7 +198,7 @@ fn check_rounding(about: &Laplace) -> Result<(), SamplingFailure> {
 
 /// A chain that has adapted and can be drawn on.
 struct OngoingChain<'s, T: LogDensity + ?Sized> {
-    about: &'s Laplace,
+    about: Laplace,
     watcher: Watcher<'s>,
     chain: <DiagNutsSettings as nuts_rs::Settings>::Chain<CpuMath<Rounded<'s, T>>>,
 }
@@ -210,30 +212,40 @@ impl<'s, T: LogDensity + ?Sized> OngoingChain<'s, T> {
             watcher,
         } = plan;
         let mut rng = streams.at(chain);
-        let start = start_near(target, about, &mut rng).ok_or("no start near the mode has a density")?;
+        let mut start = start_near(target, about, &mut rng).ok_or("no start near the mode has a density")?;
+        let mut about = about.clone();
         let mut settings = DiagNutsSettings {
-            num_tune: effort.warmup as u64,
             num_draws: effort.draws as u64,
             num_chains: effort.chains,
             maxdepth: LARGEST_DEPTH,
             ..DiagNutsSettings::default()
         };
         settings.adapt_options.step_size_settings.target_accept = effort.target_accept;
-        let zeros = vec![0.0; target.dimension()];
-        let math = CpuMath::new(Rounded {
-            target,
-            about,
-            point: zeros.clone(),
-            slopes: zeros,
-        });
         let reason = |error: &dyn std::fmt::Display| error.to_string();
-        let mut chain = settings.new_chain(chain, math, &mut rng).map_err(|e| reason(&e))?;
-        chain.set_position(&start).map_err(|e| reason(&e))?;
-        for _ in 0..effort.warmup {
-            let (_, progress) = chain.draw().map_err(|e| reason(&e))?;
-            watcher(false, progress.diverging);
+        let mut left = effort.warmup;
+        loop {
+            settings.num_tune = left as u64;
+            let zeros = vec![0.0; target.dimension()];
+            let math = CpuMath::new(Rounded {
+                target,
+                about: about.clone(),
+                point: zeros.clone(),
+                slopes: zeros,
+            });
+            let mut chain = settings.new_chain(chain, math, &mut rng).map_err(|e| reason(&e))?;
+            chain.set_position(&start).map_err(|e| reason(&e))?;
+            let mut first = FirstDraws::default();
+            while left > 0 && !(first.are_enough() && first.are_long() && left > FIRST) {
+                let (z, progress) = chain.draw().map_err(|e| reason(&e))?;
+                watcher(false, progress.diverging);
+                first.see(&z, progress.num_steps);
+                left -= 1;
+            }
+            match first.rounder(&about).filter(|_| left > 0) {
+                Some(rounder) => (about, start) = rounder,
+                None => return Ok(OngoingChain { about, watcher, chain }),
+            }
         }
-        Ok(OngoingChain { about, watcher, chain })
     }
 
     /// Draws so many times more, and keeps the draws.
@@ -257,6 +269,61 @@ impl<'s, T: LogDensity + ?Sized> OngoingChain<'s, T> {
     }
 }
 
+/// Draws after which a chain whose trajectories are long goes on in a rounder space, and those of them that are not looked at.
+const FIRST: usize = 150;
+const BEFORE: usize = 50;
+
+/// Steps of a trajectory from which on it is long.
+const LONG: f64 = 15.0;
+
+/// What the first draws of a chain tell of the space.
+#[derive(Default)]
+struct FirstDraws {
+    seen: usize,
+    steps: u64,
+    draws: Vec<DVector<f64>>,
+}
+
+impl FirstDraws {
+    fn see(&mut self, z: &[f64], steps: u64) {
+        self.seen += 1;
+        if (BEFORE..FIRST).contains(&self.seen) {
+            self.steps += steps;
+            self.draws.push(DVector::from_column_slice(z));
+        }
+    }
+
+    fn are_enough(&self) -> bool {
+        self.seen >= FIRST
+    }
+
+    fn are_long(&self) -> bool {
+        self.steps as f64 > LONG * self.draws.len() as f64
+    }
+
+    /// The space in which these draws are round, with the last of them in it: their covariance, drawn to that of the space they
+    /// were made in by as many draws as there are dimensions. `None` where they are no such draws.
+    fn rounder(&self, about: &Laplace) -> Option<(Laplace, Vec<f64>)> {
+        let last = self.draws.last().filter(|_| self.are_enough() && self.are_long())?;
+        let (draws, dimension) = (self.draws.len() as f64, last.len());
+        let mean = self.draws.iter().sum::<DVector<f64>>() / draws;
+        let mut squares = DMatrix::identity(dimension, dimension) * dimension as f64;
+        for draw in &self.draws {
+            let apart = draw - &mean;
+            squares.ger(1.0, &apart, &apart, 1.0);
+        }
+        let root = (squares / (draws + dimension as f64)).cholesky()?.l();
+        let start = root.solve_lower_triangular(&(last - &mean))?;
+        let middle = DVector::from_column_slice(&about.mode) + &about.scale * mean;
+        let rounder = Laplace {
+            mode: middle.as_slice().to_vec(),
+            scale: &about.scale * root,
+            ..about.clone()
+        };
+        Some((rounder, start.as_slice().to_vec()))
+    }
+}
+
 /// A start about the mode, wider than the posterior where that has a density.
 fn start_near<T: LogDensity + ?Sized>(target: &T, about: &Laplace, rng: &mut ChaCha8Rng) -> Option<Vec<f64>> {
     const WIDER: f64 = 1.5;
@@ -275,7 +342,7 @@ fn start_near<T: LogDensity + ?Sized>(target: &T, about: &Laplace, rng: &mut Cha
 /// The target as a function of z, where point = mode + S z.
 struct Rounded<'t, T: ?Sized> {
     target: &'t T,
-    about: &'t Laplace,
+    about: Laplace,
     point: Vec<f64>,
     slopes: Vec<f64>,
 }
