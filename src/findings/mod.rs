@@ -455,7 +455,8 @@ impl Findings {
     }
 
     /// Lets a term that is not held, and that the runs have not rejected, caution only where leaving it out would move a main
-    /// number by more than a quarter of its ±, and forbid quoting where they show it only above half.
+    /// number by more than a quarter of its ±, and forbid quoting where they show it only above half, and no run that barely
+    /// rebounds may feign it.
     fn settle_terms(&mut self) {
         let shift = |sized: &SizedTerm| {
             let name = sized.moves.as_ref()?;
@@ -465,6 +466,9 @@ impl Findings {
             let (_, scale) = fitted.estimate.value_and_scale()?;
             Some(sized.size? * scale / number.se?)
         };
+        // least squares takes a run that barely rebounds at its word, and so does what it says of a term
+        let is_of_slow = |remark: &Remark| remarks::SLOW_REBOUNDS.is(remark) && !remark.passed && !remark.informs();
+        let takes_slow = self.remarks.iter().any(is_of_slow);
         // forms compare the dry speeds
         let is_open = |own: &&SizedTerm| own.term != Term::OwnDrySpeed && !own.held && !own.is_rejected();
         let open = self.fits.terms.iter().filter(is_open);
@@ -472,7 +476,7 @@ impl Findings {
         for (term, shift) in shifts {
             let beyond = |line: f64| shift.is_some_and(|shift| shift > line);
             for remark in self.remarks.iter_mut().filter(|remark| says_not_held(remark, term)) {
-                remark.level = if beyond(remarks::FELT) && remarks::TERM_ACTS.is(remark) {
+                remark.level = if beyond(remarks::FELT) && remarks::TERM_ACTS.is(remark) && !takes_slow {
                     Level::Forbids
                 } else if beyond(remarks::BIAS) {
                     Level::Cautions
