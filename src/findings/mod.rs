@@ -476,7 +476,11 @@ impl Findings {
         for (term, shift) in shifts {
             let beyond = |line: f64| shift.is_some_and(|shift| shift > line);
             for remark in self.remarks.iter_mut().filter(|remark| says_not_held(remark, term)) {
-                remark.level = if beyond(remarks::FELT) && remarks::TERM_ACTS.is(remark) && !takes_slow {
+                if takes_slow && remarks::TERM_ACTS.is(remark) {
+                    let told = remarks::TERM_NOT_HELD.notice(1, std::mem::take(&mut remark.text));
+                    *remark = told.then(std::mem::take(&mut remark.next_step));
+                }
+                remark.level = if beyond(remarks::FELT) && remarks::TERM_ACTS.is(remark) {
                     Level::Forbids
                 } else if beyond(remarks::BIAS) {
                     Level::Cautions

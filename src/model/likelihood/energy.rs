@@ -142,6 +142,7 @@ impl Integral {
 }
 
 /// Columns of what the nodes of one call have.
+#[derive(Default)]
 struct AtNodes {
     a: Column,
     b: Column,
@@ -161,15 +162,7 @@ impl WithSimd for Integral {
     fn with_simd<S: Simd>(self, _: S) -> RunDensity {
         let fused = is_fused::<S>();
         let step = (self.ends[1] - self.ends[0]) / self.nodes as f64;
-        let mut at = AtNodes {
-            a: [0.0; AT_ONCE],
-            b: [0.0; AT_ONCE],
-            stretch: [1.0; AT_ONCE],
-            ln: [0.0; AT_ONCE],
-            of_a: [0.0; AT_ONCE],
-            of_b: [0.0; AT_ONCE],
-            of_shape: [0.0; AT_ONCE],
-        };
+        let mut at = AtNodes::default();
         let mut reference = f64::NEG_INFINITY;
         let mut sums = [0.0; 5];
         for first in (0..self.nodes).step_by(AT_ONCE) {
