@@ -127,6 +127,25 @@ fn means_and_variances_of_a_correlated_normal_are_its_own() {
     );
 }
 
+/// Where the normal about the mode is not that of the target a chain goes on in a space that its own first draws make round.
+#[test]
+fn a_chain_of_long_trajectories_goes_on_in_a_rounder_space() {
+    let target = Normal::new(5, 0.9999);
+    let other = laplace(&Normal::new(5, 0.0), &[0.3; 5]).expect("a density everywhere");
+    let name = "a_chain_of_long_trajectories_goes_on_in_a_rounder_space";
+    let steps = |warmup: usize| {
+        let effort = Effort { warmup, ..EFFORT };
+        let chains = at_once(&target, &other, effort, StreamName::new(1, name)).expect("sampled");
+        let (mean, variance) = distances(&target, &chains);
+        assert!(mean < 4.5 && variance < 9.0, "{mean} {variance}");
+        let all: Vec<u64> = chains.iter().flat_map(|chain| chain.steps.clone()).collect();
+        all.iter().sum::<u64>() as f64 / all.len() as f64
+    };
+    // which is too short to go on after its first draws
+    let (round, long) = (steps(EFFORT.warmup), steps(FIRST));
+    assert!(round < LONG && long > 2.0 * round, "{round} {long}");
+}
+
 /// A density of one half of the line: steps across its edge end as divergences, not as failures.
 #[test]
 fn the_edge_of_a_domain_is_counted_and_survived() {
